@@ -1,0 +1,44 @@
+# Every target sets up what it needs into .venv/ and reuses it afterwards. `make help` lists them.
+PYTHON ?= python3
+BIN := .venv/bin
+.DEFAULT_GOAL := help
+.PHONY: help setup reproduce test check format bench docs lock clean
+
+help: ## list the targets
+	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
+
+setup: .venv/.complete ## make .venv/ from the locked versions, the package editable in it
+
+.venv/.complete: requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "tuckerl needs Python 3.11 or later; '$(PYTHON)' is older. Say which to use: make PYTHON=python3.12 setup" >&2; exit 2; }
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@
+
+reproduce: setup ## run the paper's experiments and write results/paper
+	$(BIN)/tuckerl reproduce --overwrite
+
+test: setup ## run all tests
+	$(BIN)/python -m pytest -n auto
+
+check: setup ## formatter, linter and types, as CI does
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+format: setup ## format the code and mend what the linter can
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: setup ## run the benchmarks beside their peers
+	$(BIN)/python -m benchmarks
+
+lock: setup ## resolve the dependencies anew into requirements.lock
+	$(BIN)/python -m pip install --quiet uv
+	$(BIN)/uv pip compile pyproject.toml --group dev --universal --python-version 3.11 --generate-hashes \
+		--no-emit-index-url --no-emit-find-links --upgrade --quiet --custom-compile-command "make lock" --output-file requirements.lock
+
+clean: ## remove everything that was made here
+	rm -rf .venv results .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -1,0 +1,88 @@
+"""Checks of what users pass in, one sentence each when it is wrong.
+
+A check returns the value in the form that the code behind it works with (a plain ``float``, ``int``, ...).
+"""
+
+import difflib
+import math
+from collections.abc import Iterable
+from numbers import Integral, Real
+
+from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
+
+
+def check_real(
+    name: str,
+    value: object,
+    low: float = -math.inf,
+    high: float = math.inf,
+    *,
+    low_open: bool = False,
+    high_open: bool = False,
+) -> float:
+    """Return `value` as a float inside the interval from `low` to `high`.
+
+    Raises
+    ------
+    ParameterTypeError
+        If it is not a real number.
+    ParameterError
+        If it is NaN, infinite or outside the interval.
+    """
+    left, right = "(" if low_open else "[", ")" if high_open else "]"
+    expected = f"{name} must be a finite number"
+    if math.isfinite(low) or math.isfinite(high):
+        expected = f"{name} must be a number in {left}{low:g}, {high:g}{right}"
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise ParameterTypeError(f"{expected}; got {value!r} of type {type(value).__name__}")
+    number = float(value)
+    below = number <= low if low_open else number < low
+    above = number >= high if high_open else number > high
+    if not math.isfinite(number) or below or above:
+        raise ParameterError(f"{expected}; got {number!r}")
+    return number
+
+
+def check_int(name: str, value: object, low: int | None = None, high: int | None = None) -> int:
+    """Return `value` as an int of at least `low` and at most `high`.
+
+    Raises
+    ------
+    ParameterTypeError
+        If it is not a whole number.
+    ParameterError
+        If it is outside the bounds.
+    """
+    bounds = {
+        (False, False): "",
+        (True, False): f" of at least {low}",
+        (False, True): f" of at most {high}",
+        (True, True): f" from {low} to {high}",
+    }[(low is not None, high is not None)]
+    expected = f"{name} must be a whole number{bounds}"
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise ParameterTypeError(f"{expected}; got {value!r} of type {type(value).__name__}")
+    number = int(value)
+    if (low is not None and number < low) or (high is not None and number > high):
+        raise ParameterError(f"{expected}; got {number}")
+    return number
+
+
+def check_name(kind: str, value: object, known: Iterable[str]) -> str:
+    """Return `value` if it is one of the `known` names; otherwise say which one may have been meant.
+
+    Raises
+    ------
+    ParameterTypeError
+        If it is not a string.
+    UnknownNameError
+        If it is not known.
+    """
+    names = sorted(known)
+    if not isinstance(value, str):
+        raise ParameterTypeError(f"{kind} must be one of {', '.join(names)}; got {value!r}")
+    if value in names:
+        return value
+    close = difflib.get_close_matches(value.lower(), names, n=1)
+    hint = f"did you mean {close[0]!r}?" if close else f"use one of {', '.join(names)}"
+    raise UnknownNameError(f"unknown {kind} {value!r}: {hint}")

@@ -1,0 +1,57 @@
+"""Every error and warning that tuckerl raises on purpose.
+
+Each error is also the built-in kind it specialises, so ``except ValueError`` keeps working, and all of them
+are a :class:`TuckerlError`. A message says what was expected, what came, and what to do next, in one sentence.
+"""
+
+
+class TuckerlError(Exception):
+    """Base of all errors raised on purpose by this library."""
+
+
+class ParameterError(TuckerlError, ValueError):
+    """A parameter has the right type and an impossible value."""
+
+
+class ParameterTypeError(TuckerlError, TypeError):
+    """A parameter has the wrong type."""
+
+
+class UnknownNameError(TuckerlError, ValueError):
+    """A name (of a scenario, environment, weighting, ...) is not one of those known."""
+
+
+class TensorError(TuckerlError, ValueError):
+    """An array cannot be decomposed: not numeric, not finite, or of the wrong order."""
+
+
+class ProblemError(TuckerlError, ValueError):
+    """A problem's arrays contradict each other, or a problem lacks what a learner needs."""
+
+
+class MazeError(ProblemError):
+    """A maze cannot be made as asked, or has no path from its start to its goal."""
+
+
+class SavedFileError(TuckerlError, ValueError):
+    """A file is truncated, damaged, of another kind or of a newer version."""
+
+
+class OutputError(TuckerlError, OSError):
+    """A result cannot be written where it was asked for."""
+
+
+class OutputConflictError(TuckerlError, FileExistsError):
+    """A folder holds the results of another specification."""
+
+
+class RankWarning(UserWarning):
+    """Ranks above what is possible were clipped."""
+
+
+class ZeroWeightWarning(UserWarning):
+    """An action weight is zero: that action does not learn while it lasts."""
+
+
+class DivergenceWarning(RuntimeWarning):
+    """A run left the finite numbers and was stopped there."""
