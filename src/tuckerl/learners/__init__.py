@@ -1,0 +1,1 @@
+"""The algorithms, one file each: its update, its compiled loop, its class."""

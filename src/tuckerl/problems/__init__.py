@@ -1,0 +1,18 @@
+"""What is learned on: finite MDPs as arrays, mazes, and the Gymnasium environments made of them.
+
+To add an environment, write its file and list it in `ENVIRONMENTS`.
+"""
+
+import gymnasium
+
+ENVIRONMENTS = {
+    "tuckerl/DynaMaze-v0": {"entry_point": "tuckerl.problems.dyna_maze:DynaMazeEnv", "max_episode_steps": 2000},
+}
+"""Gymnasium ids and what is registered for them."""
+
+
+def register_environments() -> None:
+    """Register all environments with Gymnasium; those that are registered already stay as they are."""
+    for name, specification in ENVIRONMENTS.items():
+        if name not in gymnasium.registry:
+            gymnasium.register(name, **specification)  # type: ignore[arg-type]  # a mapping of keywords

@@ -1,0 +1,1 @@
+"""Figures and the HTML page: a summary in, a picture out."""

@@ -1,0 +1,1 @@
+"""What to run, running it, keeping it and comparing it; the paper's experiments as data."""

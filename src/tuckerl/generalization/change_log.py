@@ -1,0 +1,71 @@
+"""Which rows of a Q-table changed, episode by episode: what a window of tables is later rebuilt from.
+
+The paper stores the whole table after every episode. Most rows do not change during an episode, so a kernel writes
+down only those that did: `mark` when it touches a row, `close_episode` to keep the marked rows as they are at the end.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tuckerl._jit import kernel
+from tuckerl.types import FloatArray, IntArray
+
+ENTRIES, EPISODES, CLOCK = 0, 1, 2
+
+
+class ChangeLog(NamedTuple):
+    """One agent's changes in one window of up to E episodes, over S states and A actions.
+
+    The arrays are as long as a window could ever need; memory that is never written costs nothing, because the
+    operating system hands out pages on first touch.
+    """
+
+    enabled: bool
+    stamp: IntArray  # (S,) the clock when the row was last marked
+    state: IntArray  # (E * S,) the marked states in order, episode after episode
+    row: FloatArray  # (E * S, A) their rows at the end of that episode
+    end: IntArray  # (E,) how many entries there were at the end of each episode
+    cursor: IntArray  # (3,) entries so far, episodes so far, and a clock that counts episodes for ever
+
+
+def empty_log(n_states: int, n_actions: int, n_episodes: int) -> ChangeLog:
+    """Return a log for windows of `n_episodes`; for 0 episodes, one that is switched off."""
+    capacity = n_states * n_episodes
+    return ChangeLog(
+        enabled=n_episodes > 0,
+        stamp=np.zeros(n_states if n_episodes else 0, dtype=np.int64),
+        state=np.empty(capacity, dtype=np.int64),
+        row=np.empty((capacity, n_actions)),
+        end=np.zeros(n_episodes, dtype=np.int64),
+        cursor=np.array([0, 0, 1], dtype=np.int64),
+    )
+
+
+def restart_log(log: ChangeLog) -> None:
+    """Forget the window's entries and begin the next window."""
+    log.cursor[ENTRIES] = log.cursor[EPISODES] = 0
+
+
+@kernel
+def mark(log: ChangeLog, state: int) -> None:
+    """Note that the row of `state` changes in this episode."""
+    if log.enabled and log.stamp[state] != log.cursor[CLOCK]:
+        log.stamp[state] = log.cursor[CLOCK]
+        log.state[log.cursor[ENTRIES]] = state
+        log.cursor[ENTRIES] += 1
+
+
+@kernel
+def close_episode(log: ChangeLog, q: FloatArray) -> None:
+    """Keep the rows of `q` that were marked in the episode that ends here."""
+    if not log.enabled:
+        return
+    episode = log.cursor[EPISODES]
+    first = log.end[episode - 1] if episode > 0 else 0
+    for entry in range(first, log.cursor[ENTRIES]):
+        for action in range(q.shape[1]):
+            log.row[entry, action] = q[log.state[entry], action]
+    log.end[episode] = log.cursor[ENTRIES]
+    log.cursor[EPISODES] += 1
+    log.cursor[CLOCK] += 1

@@ -1,0 +1,109 @@
+"""Whose table all agents go on with after a window.
+
+A rule returns the mixture of tables that every agent continues from: (N,) numbers that sum to 1, a single 1 for a plain
+copy, or None to leave every agent its own. To add a rule, write the function and list it in `SHARING`.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tuckerl.errors import ParameterError
+from tuckerl.types import FloatArray
+
+
+class ShareContext(NamedTuple):
+    """What a rule may look at after a window of E episodes of N agents."""
+
+    agent_norms: FloatArray  # (N,) row norms of the agent factor Ag_p; ones where nothing was decomposed
+    returns: FloatArray  # (E, N) undiscounted returns
+    rng: np.random.Generator
+
+
+ShareFunction = Callable[[ShareContext], ArrayLike | None]
+"""What a user may pass as `share`: context in; an agent's index, (N,) mixture weights, or None out."""
+
+
+class Sharing(NamedTuple):
+    """A rule, and whether it reads `agent_norms`."""
+
+    mix: Callable[[ShareContext], FloatArray | None]
+    needs_decomposition: bool
+
+
+_TIE = 1e-12  # norms this close differ by rounding only, which must not decide
+
+
+def _copy_of(agent: int, n_agents: int) -> FloatArray:
+    mixture = np.zeros(n_agents)
+    mixture[agent] = 1.0
+    return mixture
+
+
+def _max(context: ShareContext) -> FloatArray:
+    """The agent that explains the most variance (Figures 5 and 7); the lowest index on ties."""
+    norms = context.agent_norms
+    return _copy_of(int(np.argmax(norms >= norms.max() * (1 - _TIE))), norms.size)
+
+
+def _min(context: ShareContext) -> FloatArray:
+    """The agent that explains the least variance (Figure 8); the lowest index on ties."""
+    norms = context.agent_norms
+    return _copy_of(int(np.argmax(norms <= norms.min() * (1 + _TIE))), norms.size)
+
+
+def _best(context: ShareContext) -> FloatArray:
+    """The agent of the highest mean return in the window; the lowest index on ties."""
+    return _copy_of(int(np.argmax(context.returns.mean(axis=0))), context.agent_norms.size)
+
+
+def _random(context: ShareContext) -> FloatArray:
+    return _copy_of(int(context.rng.integers(context.agent_norms.size)), context.agent_norms.size)
+
+
+def _mean(context: ShareContext) -> FloatArray:
+    return np.full(context.agent_norms.size, 1.0 / context.agent_norms.size)
+
+
+def _consensus(context: ShareContext) -> FloatArray:
+    """The mean of all tables weighted by the agents' row norms."""
+    mixture: FloatArray = context.agent_norms / context.agent_norms.sum()
+    return mixture
+
+
+def _none(context: ShareContext) -> None:
+    return None
+
+
+SHARING = {
+    "max": Sharing(_max, needs_decomposition=True),
+    "min": Sharing(_min, needs_decomposition=True),
+    "best": Sharing(_best, needs_decomposition=False),
+    "random": Sharing(_random, needs_decomposition=False),
+    "mean": Sharing(_mean, needs_decomposition=False),
+    "consensus": Sharing(_consensus, needs_decomposition=True),
+    "none": Sharing(_none, needs_decomposition=False),
+}
+
+
+def custom_sharing(function: ShareFunction) -> Sharing:
+    """Return a user's function as a rule whose result is checked."""
+
+    def mix(context: ShareContext) -> FloatArray | None:
+        n_agents = context.agent_norms.size
+        answer = function(context)
+        if answer is None:
+            return None
+        values = np.asarray(answer)
+        if values.ndim == 0 and values.dtype.kind in "iu" and 0 <= values < n_agents:
+            return _copy_of(int(values), n_agents)
+        if values.shape == (n_agents,) and np.isfinite(values).all() and abs(values.sum() - 1) <= 1e-9:
+            return values.astype(np.float64)
+        raise ParameterError(
+            f"the share function must return an agent's index from 0 to {n_agents - 1}, {n_agents} mixture weights that "
+            f"sum to 1, or None; got {answer!r}"
+        )
+
+    return Sharing(mix, needs_decomposition=True)

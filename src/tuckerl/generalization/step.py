@@ -1,0 +1,227 @@
+"""The paper's idea: every few episodes, factorise the agents' Q-tables and let the factors steer learning.
+
+The tables of the last `every` episodes of all agents form a (state, action, episode, agent) tensor. Its Tucker
+decomposition gives an action factor A_p, whose row norms scale the learning rate of each action, and an agent factor
+Ag_p, whose row norms say whose table all agents go on with (Figures 5, 7 and 8).
+"""
+
+import warnings
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tuckerl.checks import check_int, check_name, check_real
+from tuckerl.errors import ParameterError, ParameterTypeError, RankWarning, ZeroWeightWarning
+from tuckerl.generalization.change_log import ChangeLog
+from tuckerl.generalization.sharing import SHARING, ShareContext, ShareFunction, Sharing, custom_sharing
+from tuckerl.generalization.snapshots import Snapshots
+from tuckerl.generalization.weights import WEIGHTINGS, WeightFunction, Weighting, custom_weighting
+from tuckerl.rng import child
+from tuckerl.tensor import TuckerDecomposition, decompose
+from tuckerl.types import FloatArray, IntArray, Ranks
+
+_STREAM = 2**32 - 1  # the child of the learner's seed that is the step's; agents have 0, 1, 2, ...
+_NO_RANKS = (0, 0, 0, 0)
+
+
+@dataclass(frozen=True)
+class TensorStep:
+    """When and how to factorise the tables, and what to do with the factors.
+
+    Parameters
+    ----------
+    every : int
+        Episodes in a window; the step follows each window.
+    ranks : four ints
+        Columns of the state, action, episode and agent factors; clipped to what a window allows.
+    weights : str or callable
+        ``"paper"``: row norms of A_p over its norm; ``"relative"``: those over their largest; ``"constant"``:
+        1/sqrt(A) for every action; ``"permuted"``: the paper's, dealt to random actions; ``"none"``: 1; or a function
+        from a :class:`~tuckerl.TuckerDecomposition` to (A,) numbers.
+    share : str or callable
+        ``"max"`` or ``"min"``: all agents copy the one of largest or smallest row norm of Ag_p; ``"best"``: of the
+        highest mean return in the window; ``"random"``; ``"mean"``: the mean of the tables; ``"consensus"``: their
+        mean weighted by those norms; ``"none"``; or a function from a ``ShareContext`` to an agent's index, mixture
+        weights or None.
+    floor : float
+        Weights below it are raised to it. 0, the paper's rule, lets an action without values stop learning.
+    tol, max_iterations : float, int
+        When the decomposition stops; 0 iterations is the truncated HOSVD.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError, UnknownNameError
+        If a parameter is out of its range, of the wrong type or not a known name.
+
+    References
+    ----------
+    The paper's Figures 5, 7 and 8.
+    """
+
+    every: int
+    ranks: Ranks
+    weights: str | WeightFunction = "paper"
+    share: str | ShareFunction = "max"
+    floor: float = 0.0
+    tol: float = 1e-4
+    max_iterations: int = 50
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "every", check_int("every", self.every, 1))
+        object.__setattr__(self, "ranks", _check_ranks(self.ranks))
+        if not callable(self.weights):
+            check_name("weights", self.weights, WEIGHTINGS)
+        if not callable(self.share):
+            check_name("share", self.share, SHARING)
+        object.__setattr__(self, "floor", check_real("floor", self.floor, 0.0, 1.0))
+        object.__setattr__(self, "tol", check_real("tol", self.tol, 0.0))
+        object.__setattr__(self, "max_iterations", check_int("max_iterations", self.max_iterations, 0))
+
+    @property
+    def weighting(self) -> Weighting:
+        """The strategy that `weights` names."""
+        return WEIGHTINGS[self.weights] if isinstance(self.weights, str) else custom_weighting(self.weights)
+
+    @property
+    def sharing(self) -> Sharing:
+        """The rule that `share` names."""
+        return SHARING[self.share] if isinstance(self.share, str) else custom_sharing(self.share)
+
+    @property
+    def needs_decomposition(self) -> bool:
+        """Whether anything reads the factors: the constant control without sharing, for one, does not."""
+        return self.weighting.needs_decomposition or self.sharing.needs_decomposition
+
+
+class StepHistory(NamedTuple):
+    """What the step did after each of W windows."""
+
+    episode: IntArray  # (W,) episodes finished by then
+    weights: FloatArray  # (W, A) the learning-rate weights from then on
+    chosen: IntArray  # (W,) the agent whose table was copied, -1 where none was
+    fit: FloatArray  # (W,) of the decomposition, NaN where there was none
+    ranks: IntArray  # (W, 4) used, 0 where there was no decomposition
+
+
+class Outcome(NamedTuple):
+    """What a learner has to do after a window."""
+
+    weights: FloatArray  # (A,)
+    mixture: FloatArray | None  # (N,) of the tables that all agents go on with, or None to leave them
+    finite: bool  # False where a table has left the finite numbers
+
+
+class StepRun:
+    """One learner's use of a :class:`TensorStep`: the tables of its window, its warnings and its history."""
+
+    def __init__(
+        self, step: TensorStep, initial_q: FloatArray, n_agents: int, sequence: np.random.SeedSequence
+    ) -> None:
+        self.step = step
+        self.snapshots = Snapshots(initial_q, n_agents, step.every)
+        self._n_actions, self._n_agents = initial_q.shape[1], n_agents
+        self._sequence = sequence
+        self._warned: set[type[Warning]] = set()
+        self._history: list[tuple[int, FloatArray, int, float, tuple[int, ...]]] = []
+
+    def close_window(
+        self, episode: int, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray
+    ) -> Outcome:
+        """Decide what follows the window that ends after `episode` episodes.
+
+        Parameters
+        ----------
+        weights : (A,) float64
+            Those in force during the window.
+        logs : N change logs
+        returns : (E, N) float64
+            The window's undiscounted returns.
+        """
+        decomposition = None
+        if self.step.needs_decomposition:
+            tensor = self.snapshots.tensor(logs)
+            if not np.isfinite(tensor).all():
+                return Outcome(weights, None, finite=False)
+            if tensor.any():
+                decomposition = self._decompose(tensor)
+            else:  # nothing was learned yet: everything stays as it is
+                self._remember(episode, weights, None, None)
+                return Outcome(weights, None, finite=True)
+        rng = np.random.default_rng(child(self._sequence, _STREAM, episode // self.step.every))
+        weights = self.step.weighting.weigh(decomposition, self._n_actions, rng)
+        weights = np.maximum(weights, self.step.floor)
+        if not weights.all():
+            self._warn(
+                ZeroWeightWarning,
+                f"the weight of action {int(np.argmin(weights))} is 0, so it stops learning: its column was zero in "
+                "every table of the window; a floor above 0 keeps it alive",
+            )
+        norms = np.ones(self._n_agents) if decomposition is None else np.linalg.norm(decomposition.factors[3], axis=1)
+        mixture = self.step.sharing.mix(ShareContext(norms, returns, rng))
+        self._remember(episode, weights, mixture, decomposition)
+        return Outcome(weights, mixture, finite=True)
+
+    @property
+    def history(self) -> StepHistory:
+        """What was done after each window so far."""
+        episode, weights, chosen, fit, ranks = zip(*self._history, strict=True) if self._history else ((),) * 5
+        return StepHistory(
+            np.array(episode, dtype=np.int64),
+            np.array(weights, dtype=np.float64).reshape(-1, self._n_actions),
+            np.array(chosen, dtype=np.int64),
+            np.array(fit, dtype=np.float64),
+            np.array(ranks, dtype=np.int64).reshape(-1, 4),
+        )
+
+    def saved(self) -> dict[str, np.ndarray]:
+        """Return the arrays from which `restore` goes on."""
+        return {**self.snapshots.saved(), **self.history._asdict()}
+
+    def restore(self, arrays: dict[str, np.ndarray]) -> None:
+        """Go on from what `saved` returned."""
+        self.snapshots.restore(arrays)
+        columns = (arrays[name] for name in StepHistory._fields)
+        self._history = [
+            (int(episode), weights, int(chosen), float(fit), tuple(int(rank) for rank in ranks))
+            for episode, weights, chosen, fit, ranks in zip(*columns, strict=True)
+        ]
+
+    def _decompose(self, tensor: FloatArray) -> TuckerDecomposition:
+        decomposition = decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
+        if decomposition.ranks != self.step.ranks:
+            self._warn(
+                RankWarning,
+                f"ranks {self.step.ranks} are more than the tables of a window allow and were clipped to "
+                f"{decomposition.ranks}; later windows may be clipped otherwise (see step_history.ranks)",
+            )
+        return decomposition
+
+    def _warn(self, category: type[Warning], message: str) -> None:
+        if category not in self._warned:
+            self._warned.add(category)
+            warnings.warn(message, category, stacklevel=5)  # the line that called learn()
+
+    def _remember(
+        self,
+        episode: int,
+        weights: FloatArray,
+        mixture: FloatArray | None,
+        decomposition: TuckerDecomposition | None,
+    ) -> None:
+        copied = mixture is not None and np.count_nonzero(mixture) == 1
+        chosen = int(np.argmax(mixture)) if mixture is not None and copied else -1
+        fit, ranks = (np.nan, _NO_RANKS) if decomposition is None else (decomposition.fit, decomposition.ranks)
+        self._history.append((episode, weights.copy(), chosen, fit, ranks))
+
+
+def _check_ranks(ranks: object) -> tuple[int, ...]:
+    expected = "ranks must be four whole numbers of at least 1, for the state, action, episode and agent axes"
+    if isinstance(ranks, (str, bytes)) or not isinstance(ranks, (tuple, list, np.ndarray)):
+        raise ParameterTypeError(f"{expected}; got {ranks!r}")
+    if len(ranks) != 4:
+        raise ParameterError(f"{expected}; got {len(ranks)}: {tuple(ranks)}")
+    return tuple(check_int(f"the {axis} rank", rank, 1) for axis, rank in zip(_AXES, ranks, strict=True))
+
+
+_AXES = ("state", "action", "episode", "agent")

@@ -1,0 +1,120 @@
+"""How a decomposition of the tables becomes one learning-rate weight for each action (the paper's omega).
+
+A weighting takes the decomposition of the window's tables and returns (A,) weights. To add one, write the function and
+list it in `WEIGHTINGS`.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tuckerl.errors import ParameterError
+from tuckerl.tensor import TuckerDecomposition
+from tuckerl.types import FloatArray
+
+WeightFunction = Callable[[TuckerDecomposition], ArrayLike]
+"""What a user may pass as `weights`: decomposition in, (A,) non-negative numbers out."""
+
+
+class Weighting(NamedTuple):
+    """A weighting: from (decomposition or None, A, a generator) to (A,) weights."""
+
+    weigh: Callable[[TuckerDecomposition | None, int, np.random.Generator], FloatArray]
+    needs_decomposition: bool
+
+
+def action_weights(action_factor: ArrayLike) -> FloatArray:
+    r"""Return the paper's omega: each row's norm over the norm of the whole action factor.
+
+    .. math:: \omega(a) = \lVert A_p(a, :) \rVert / \lVert A_p \rVert_F
+
+    Parameters
+    ----------
+    action_factor : (A, R) float
+        The action sub-space A_p, ``decomposition.factors[1]``.
+
+    Returns
+    -------
+    (A,) float64
+        Non-negative; their squares sum to 1.
+
+    Raises
+    ------
+    ParameterError
+        If it is not a matrix of finite numbers, or all zero.
+
+    References
+    ----------
+    The paper's Figure 5, line 19.
+
+    Examples
+    --------
+    >>> action_weights([[3.0], [4.0]])
+    array([0.6, 0.8])
+    """
+    factor = np.asarray(action_factor, dtype=np.float64)
+    if factor.ndim != 2 or not np.isfinite(factor).all() or not factor.any():
+        raise ParameterError(
+            f"action_factor must be an (A, R) matrix of finite numbers, not all zero; got shape {factor.shape}"
+        )
+    norms: FloatArray = np.linalg.norm(factor, axis=1)
+    return norms / np.linalg.norm(norms)
+
+
+def _decomposed(decomposition: TuckerDecomposition | None) -> TuckerDecomposition:
+    if decomposition is None:
+        raise ParameterError("this weighting needs a decomposition; got None")
+    return decomposition
+
+
+def _paper(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
+    weights = action_weights(_decomposed(decomposition).factors[1])
+    # What is zero up to rounding is an action without a single value in any table: it must read as zero everywhere.
+    return np.where(weights < 1e-12, 0.0, weights)
+
+
+def _relative(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
+    """Divide by the largest weight, so that the best action keeps the full learning rate."""
+    weights = _paper(decomposition, n_actions, rng)
+    relative: FloatArray = weights / weights.max()
+    return relative
+
+
+def _constant(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
+    """The control for a smaller learning rate: the paper's root mean square for every action."""
+    return np.full(n_actions, 1.0 / np.sqrt(n_actions))
+
+
+def _permuted(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
+    """The control for which action gets which: the paper's values, dealt to random actions."""
+    return rng.permutation(_paper(decomposition, n_actions, rng))
+
+
+def _none(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
+    return np.ones(n_actions)
+
+
+WEIGHTINGS = {
+    "paper": Weighting(_paper, needs_decomposition=True),
+    "relative": Weighting(_relative, needs_decomposition=True),
+    "constant": Weighting(_constant, needs_decomposition=False),
+    "permuted": Weighting(_permuted, needs_decomposition=True),
+    "none": Weighting(_none, needs_decomposition=False),
+}
+
+
+def custom_weighting(function: WeightFunction) -> Weighting:
+    """Return a user's function as a weighting whose result is checked."""
+
+    def weigh(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
+        weights = np.array(function(_decomposed(decomposition)), dtype=np.float64)
+        if weights.shape != (n_actions,) or not np.isfinite(weights).all() or (weights < 0).any():
+            raise ParameterError(
+                f"the weights function must return {n_actions} finite numbers of at least 0, one for each action; "
+                f"got {weights!r}"
+            )
+        return weights
+
+    return Weighting(weigh, needs_decomposition=True)

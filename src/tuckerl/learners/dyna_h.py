@@ -1,0 +1,276 @@
+r"""Dyna-H, the paper's Figure 6; with a tensor step, DYNA-HT, its Figure 7.
+
+After each real step the agent plans: it repeats Q-learning's update on transitions that it remembers, choosing in each
+state the modelled action that leads FARTHEST from the goal by a heuristic H, so that bad plans are unlearned without
+being walked. (Santos, Martin H. and Lopez 2011, arXiv:1101.4003.)
+"""
+
+from enum import IntEnum
+from typing import Any, Literal, NamedTuple, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tuckerl._jit import kernel
+from tuckerl.checks import check_int, check_name
+from tuckerl.errors import ProblemError
+from tuckerl.generalization.change_log import ChangeLog, close_episode, mark
+from tuckerl.learners.episodes import (
+    Record,
+    Settings,
+    epsilon_greedy,
+    maxima,
+    note_episode,
+    note_state,
+    random_maximum,
+)
+from tuckerl.learners.learner import Learner, LearnerParameters
+from tuckerl.learners.q_learning import update
+from tuckerl.learners.saved import Arrays
+from tuckerl.problems.dynamics import reset, step
+from tuckerl.problems.mdp import MDPArrays, check_heuristic
+from tuckerl.problems.resolve import Environment
+from tuckerl.rng import below
+from tuckerl.types import FloatArray, IntArray, StateArray, Stream
+
+
+class Walk(IntEnum):
+    """Where each planning step begins."""
+
+    TRAJECTORY = 0  # at the current state, then where the last planned step led
+    RESTART = 1  # at the current state every time
+    RANDOM = 2  # at a random observed state every time
+
+
+class Planning(NamedTuple):
+    """How to plan."""
+
+    n_steps: int
+    walk: int
+    heuristic: FloatArray  # (S,)
+
+
+# The latest outcome of a pair; the discount is 0 where the return ended. One record instead of three arrays: a planning
+# step then finds its place in memory once, which is a third of its time.
+OUTCOME = np.dtype([("reward", np.float64), ("discount", np.float64), ("next_state", np.uint32)], align=True)
+
+
+class Model(NamedTuple):
+    """What one agent remembers of the world."""
+
+    outcome: NDArray[np.void]  # (S, A) of OUTCOME
+    distance: FloatArray  # (S, A) H of the next state, -inf where nothing is modelled; unset for unobserved states
+    farthest: NDArray[
+        np.uint32
+    ]  # (S,) the first modelled action of largest distance: kept, as it is asked for at every planning
+    n_farthest: NDArray[
+        np.uint32
+    ]  # (S,) ... step and changes with the model only; how many share that distance, 0: unobserved
+    observed: StateArray  # (S,) the observed states in order
+    n_observed: IntArray  # (1,)
+
+
+def empty_model(n_states: int, n_actions: int) -> Model:
+    """Return the model of an agent that has seen nothing."""
+    shape = (n_states, n_actions)
+    return Model(
+        outcome=np.zeros(shape, dtype=OUTCOME),
+        distance=np.zeros(shape),
+        farthest=np.zeros(n_states, dtype=np.uint32),
+        n_farthest=np.zeros(n_states, dtype=np.uint32),
+        observed=np.zeros(n_states, dtype=np.uint32),
+        n_observed=np.zeros(1, dtype=np.int64),
+    )
+
+
+@kernel
+def remember(
+    model: Model,
+    heuristic: FloatArray,
+    state: int,
+    action: int,
+    reward: float,
+    discount: float,
+    next_state: int,
+) -> None:
+    """Put an outcome into the model in place of the pair's last one."""
+    if model.n_farthest[state] == 0:
+        model.observed[model.n_observed[0]] = state
+        model.n_observed[0] += 1
+        for other in range(model.distance.shape[1]):
+            model.distance[state, other] = -np.inf
+    outcome = model.outcome[state, action]
+    outcome.reward, outcome.discount, outcome.next_state = reward, discount, next_state
+    if model.distance[state, action] != heuristic[next_state]:
+        model.distance[state, action] = heuristic[next_state]
+        model.farthest[state], model.n_farthest[state] = maxima(model.distance, state)
+
+
+@kernel
+def modelled_action(model: Model, state: int, rng: Stream) -> int:
+    """Draw one of the state's modelled actions."""
+    n_modelled = 0
+    for action in range(model.distance.shape[1]):
+        n_modelled += model.distance[state, action] > -np.inf
+    skip = below(n_modelled, rng)
+    action = 0
+    while skip > 0 or model.distance[state, action] == -np.inf:
+        skip -= model.distance[state, action] > -np.inf
+        action += 1
+    return action
+
+
+@kernel
+def plan(
+    model: Model,
+    planning: Planning,
+    q: FloatArray,
+    weights: FloatArray,
+    settings: Settings,
+    log: ChangeLog,
+    start: int,
+    rng: Stream,
+) -> float:
+    """Do the planning steps that follow a real one; return the sum of the new values (not finite if one is not)."""
+    state, total = start, 0.0
+    for _ in range(planning.n_steps):
+        if planning.walk == Walk.RESTART:
+            state = start
+        elif planning.walk == Walk.RANDOM:
+            state = model.observed[below(model.n_observed[0], rng)]
+        if model.n_farthest[state] > 0:
+            action = random_maximum(model.distance, state, model.farthest[state], model.n_farthest[state], rng)
+        else:
+            state = model.observed[below(model.n_observed[0], rng)]
+            action = modelled_action(model, state, rng)
+        outcome = model.outcome[state, action]
+        reward, discount, next_state = outcome.reward, outcome.discount, outcome.next_state
+        mark(log, state)
+        total += update(q, state, action, reward, discount, next_state, settings.alpha * weights[action])
+        state = next_state
+    return total
+
+
+@kernel
+def play(
+    problem: MDPArrays,
+    model: Model,
+    planning: Planning,
+    q: FloatArray,
+    weights: FloatArray,
+    settings: Settings,
+    log: ChangeLog,
+    record: Record,
+    rng: Stream,
+) -> int:
+    """Play, learn and plan one agent's next episodes; return how many stayed finite."""
+    for episode in range(record.steps.size):
+        state, steps, total, terminated = reset(problem, rng), 0, 0.0, False
+        note_state(record, 0, state)
+        while not terminated and steps < problem.max_episode_steps:
+            action = epsilon_greedy(q, state, record.epsilon[0], settings.random_ties, rng)
+            next_state, reward, terminated = step(problem, state, action, rng)
+            discount = 0.0 if terminated else settings.gamma
+            mark(log, state)
+            value = update(q, state, action, reward, discount, next_state, settings.alpha * weights[action])
+            remember(model, planning.heuristic, state, action, reward, discount, next_state)
+            if not np.isfinite(value + plan(model, planning, q, weights, settings, log, state, rng)):
+                return episode
+            state, steps, total = next_state, steps + 1, total + reward
+            note_state(record, steps, state)
+        note_episode(record, settings, episode, steps, total)
+        close_episode(log, q)
+    return record.steps.size
+
+
+class DynaH(Learner):
+    """Dyna-H for one agent or several, each with its own model and its own copy of the problem.
+
+    Parameters
+    ----------
+    env
+        As for every :class:`~tuckerl.learners.learner.Learner`, whose other parameters hold too.
+    planning_steps : int
+        Planned updates after each real step.
+    heuristic : (S,) float, optional
+        H: larger is farther from the goal. Default: the problem's own; a maze has its squared distance.
+    walk : str
+        Where a planning step begins: ``"trajectory"``, where the last one led (the first: at the current state);
+        ``"restart"``, at the current state; ``"random"``, at a random observed state.
+
+    Raises
+    ------
+    ProblemError
+        If there is no heuristic, or one of the wrong shape.
+
+    References
+    ----------
+    Santos, Martin H. and Lopez, arXiv:1101.4003, 2011; the paper's Figures 6 and 7.
+
+    Examples
+    --------
+    >>> import tuckerl
+    >>> agent = tuckerl.DynaH(tuckerl.sutton_maze(), seed=0).learn(episodes=30)
+    >>> int(agent.steps.min())
+    14
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        *,
+        planning_steps: int = 10,
+        heuristic: ArrayLike | None = None,
+        walk: Literal["trajectory", "restart", "random"] = "trajectory",
+        **parameters: Unpack[LearnerParameters],
+    ) -> None:
+        super().__init__(env, **parameters)
+        n_states, n_actions = self.problem.n_states, self.problem.n_actions
+        if heuristic is None:
+            heuristic = self.problem.heuristic
+        if heuristic is None:
+            raise ProblemError(
+                f"DynaH needs a heuristic and this problem has none of its own: pass heuristic=, {n_states} numbers, "
+                "larger where the goal is farther"
+            )
+        walk_name = check_name("walk", walk, (known.name.lower() for known in Walk))
+        self.planning_steps = check_int("planning_steps", planning_steps, 0)
+        self._planning = Planning(
+            self.planning_steps, int(Walk[walk_name.upper()]), check_heuristic(heuristic, n_states)
+        )
+        self._models = tuple(empty_model(n_states, n_actions) for _ in range(self.n_agents))
+
+    def _play(self, agent: int, record: Record) -> int:
+        return play(
+            self.problem.arrays,
+            self._models[agent],
+            self._planning,
+            self._q[agent],
+            self._weights,
+            self._settings,
+            self._logs[agent],
+            record,
+            self._streams[agent],
+        )
+
+    def _parameters(self) -> dict[str, Any]:
+        walk = Walk(self._planning.walk).name.lower()
+        return super()._parameters() | {"planning_steps": self.planning_steps, "walk": walk}
+
+    @classmethod
+    def _array_parameters(cls, arrays: Arrays) -> dict[str, Any]:
+        return super()._array_parameters(arrays) | {"heuristic": arrays["heuristic"]}
+
+    def _saved_arrays(self) -> Arrays:
+        models = {
+            f"model{agent}.{name}": array
+            for agent, model in enumerate(self._models)
+            for name, array in model._asdict().items()
+        }
+        return super()._saved_arrays() | models | {"heuristic": self._planning.heuristic}
+
+    def _restore_arrays(self, arrays: Arrays) -> None:
+        super()._restore_arrays(arrays)
+        self._models = tuple(
+            Model(**{name: arrays[f"model{agent}.{name}"] for name in Model._fields}) for agent in range(self.n_agents)
+        )

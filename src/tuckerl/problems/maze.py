@@ -1,0 +1,229 @@
+"""Mazes on a grid: random worlds, Sutton's maze, shortest paths (the paper's section IV.B, Figures 10 and 11).
+
+A cell is a pair (row, column); its state is ``row * columns + column``. Actions: 0 up, 1 down, 2 left, 3 right.
+Stepping into a wall or over the border costs a step and does not move.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tuckerl.checks import check_int, check_name, check_real
+from tuckerl.errors import MazeError, ParameterTypeError
+from tuckerl.problems.mdp import TabularMDP
+from tuckerl.types import BoolArray, FloatArray, IntArray
+
+Cell = tuple[int, int]
+Metric = Literal["squared", "euclidean", "l1"]
+
+MOVES = ((-1, 0), (1, 0), (0, -1), (0, 1))
+MAX_DRAWS = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class Maze:
+    """A grid of walls with a start and a goal that a path joins.
+
+    Parameters
+    ----------
+    walls : (rows, columns) bool
+        True where nobody can stand.
+    start, goal : (row, column)
+
+    Raises
+    ------
+    MazeError
+        If start or goal is outside or a wall, both are the same cell, or no path joins them.
+    """
+
+    walls: BoolArray
+    start: Cell
+    goal: Cell
+
+    def __post_init__(self) -> None:
+        walls = _check_walls(self.walls)
+        object.__setattr__(self, "walls", walls)
+        for name in ("start", "goal"):
+            cell = _check_cell(name, getattr(self, name), walls.shape)
+            object.__setattr__(self, name, cell)
+            if walls[cell]:
+                raise MazeError(f"{name} must be a free cell; {cell} is a wall: move it or clear the wall")
+        if self.start == self.goal:
+            raise MazeError(f"start and goal must be two cells; both are {self.start}")
+        if not self._distances()[self.start] >= 0:
+            raise MazeError(f"no path leads from start {self.start} to goal {self.goal}: clear some walls")
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return int(self.walls.shape[0])
+
+    @property
+    def columns(self) -> int:
+        """Number of columns."""
+        return int(self.walls.shape[1])
+
+    @property
+    def n_states(self) -> int:
+        """Number of cells, walls included."""
+        return int(self.walls.size)
+
+    def state(self, cell: Cell) -> int:
+        """Return the number of a cell."""
+        return cell[0] * self.columns + cell[1]
+
+    def cell(self, state: int) -> Cell:
+        """Return the cell of a number."""
+        row, column = divmod(int(state), self.columns)
+        return row, column
+
+    def shortest_path(self) -> list[Cell]:
+        """Return the cells of one shortest path, from start to goal, both included (breadth-first)."""
+        distances = self._distances()
+        path = [self.start]
+        while path[-1] != self.goal:
+            path.append(min(self._neighbours(path[-1]), key=lambda cell: distances[cell]))
+        return path
+
+    def heuristic(self, metric: Metric = "squared") -> FloatArray:
+        """Return every cell's distance to the goal, (rows * columns,): squared Euclidean, Euclidean or L1."""
+        check_name("metric", metric, ("squared", "euclidean", "l1"))
+        row, column = np.indices(self.walls.shape, dtype=np.float64)
+        down, right = row - self.goal[0], column - self.goal[1]
+        distance: FloatArray
+        if metric == "l1":
+            distance = np.abs(down) + np.abs(right)
+        elif metric == "euclidean":
+            distance = np.sqrt(down * down + right * right)
+        else:
+            distance = down * down + right * right
+        return distance.ravel()
+
+    def to_mdp(
+        self, *, step_reward: float = -1.0, goal_reward: float = 0.0, max_episode_steps: int | None = 2000
+    ) -> TabularMDP:
+        """Return the maze as a finite MDP with the squared distance as its heuristic.
+
+        `step_reward` is paid for every step but the one into the goal, which pays `goal_reward` and ends the episode.
+        """
+        next_state = np.empty((self.n_states, len(MOVES)), dtype=np.int32)
+        here = np.arange(self.n_states).reshape(self.walls.shape)
+        for action, (down, right) in enumerate(MOVES):
+            row = np.clip(np.arange(self.rows) + down, 0, self.rows - 1)
+            column = np.clip(np.arange(self.columns) + right, 0, self.columns - 1)
+            there = here[np.ix_(row, column)]
+            stays = self.walls.ravel()[there] | self.walls
+            next_state[:, action] = np.where(stays, here, there).ravel()
+        goal = self.state(self.goal)
+        next_state[goal] = goal
+        terminated = next_state == goal
+        reward = np.where(terminated, check_real("goal_reward", goal_reward), check_real("step_reward", step_reward))
+        return TabularMDP(
+            next_state,
+            reward,
+            terminated,
+            start=self.state(self.start),
+            max_episode_steps=max_episode_steps,
+            heuristic=self.heuristic(),
+        )
+
+    def _neighbours(self, cell: Cell) -> list[Cell]:
+        around = ((cell[0] + down, cell[1] + right) for down, right in MOVES)
+        return [
+            (row, column)
+            for row, column in around
+            if 0 <= row < self.rows and 0 <= column < self.columns and not self.walls[row, column]
+        ]
+
+    def _distances(self) -> IntArray:
+        """Return each cell's number of steps to the goal, -1 where there is no way."""
+        distances = np.full(self.walls.shape, -1, dtype=np.int64)
+        distances[self.goal] = 0
+        queue = deque([self.goal])
+        while queue:
+            cell = queue.popleft()
+            for neighbour in self._neighbours(cell):
+                if distances[neighbour] < 0:
+                    distances[neighbour] = distances[cell] + 1
+                    queue.append(neighbour)
+        return distances
+
+
+def random_maze(
+    rows: int = 39,
+    columns: int = 36,
+    deviation: float = 0.3,
+    seed: int = 0,
+    *,
+    start: Cell = (0, 3),
+    goal: Cell = (28, 34),
+) -> Maze:
+    """Return the random Gaussian world number `seed` (the paper's section IV.B).
+
+    A cell is a wall when a normal draw of mean 0 and standard deviation `deviation`, rounded, is not 0: at 0.3, 9.6 %
+    of the cells. Start and goal are free; a world without a path is drawn again.
+
+    Raises
+    ------
+    MazeError
+        If start or goal lie outside, or no path was found in 1000 draws.
+
+    Examples
+    --------
+    >>> len(random_maze(seed=0).shortest_path()) - 1
+    59
+    """
+    rows, columns = check_int("rows", rows, 1), check_int("columns", columns, 1)
+    deviation = check_real("deviation", deviation, 0.0)
+    generator = np.random.default_rng(check_int("maze_seed", seed, 0))
+    start, goal = (_check_cell(name, cell, (rows, columns)) for name, cell in (("start", start), ("goal", goal)))
+    if start == goal:
+        raise MazeError(f"start and goal must be two cells; both are {start}")
+    for _ in range(MAX_DRAWS):
+        walls = np.rint(generator.normal(0.0, deviation, (rows, columns))) != 0
+        walls[start] = walls[goal] = False
+        try:
+            return Maze(walls, start, goal)
+        except MazeError:
+            continue
+    raise MazeError(
+        f"no maze of {rows} x {columns} cells with a path from {start} to {goal} in {MAX_DRAWS} draws at deviation "
+        f"{deviation:g}: choose a smaller deviation (0.3 makes 9.6 % of the cells walls)"
+    )
+
+
+def sutton_maze() -> Maze:
+    """Return the 6 x 9 maze of Sutton's Dyna papers (1990, 1991), whose shortest path has 14 steps.
+
+    Examples
+    --------
+    >>> len(sutton_maze().shortest_path()) - 1
+    14
+    """
+    walls = np.zeros((6, 9), dtype=np.bool_)
+    for cell in ((1, 2), (2, 2), (3, 2), (0, 7), (1, 7), (2, 7), (4, 5)):
+        walls[cell] = True
+    return Maze(walls, (2, 0), (0, 8))
+
+
+def _check_walls(walls: ArrayLike) -> BoolArray:
+    array = np.asarray(walls)
+    if array.ndim != 2 or array.size == 0:
+        raise MazeError(f"walls must be a (rows, columns) boolean array; got shape {array.shape}")
+    if array.dtype.kind != "b":
+        raise ParameterTypeError(f"walls must be a boolean array, True where there is a wall; got dtype {array.dtype}")
+    copy: BoolArray = np.array(array, dtype=np.bool_, order="C")
+    copy.flags.writeable = False
+    return copy
+
+
+def _check_cell(name: str, cell: object, shape: tuple[int, ...]) -> Cell:
+    if not isinstance(cell, (tuple, list, np.ndarray)) or len(cell) != 2:
+        raise ParameterTypeError(f"{name} must be a pair (row, column); got {cell!r}")
+    row, column = (check_int(f"{name}'s {part}", value) for part, value in zip(("row", "column"), cell, strict=True))
+    if not (0 <= row < shape[0] and 0 <= column < shape[1]):
+        raise MazeError(f"{name} must lie inside the {shape[0]} x {shape[1]} maze; got ({row}, {column})")
+    return row, column

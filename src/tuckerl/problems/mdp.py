@@ -1,0 +1,217 @@
+"""A finite Markov decision process as arrays: the form in which every table of transitions reaches a kernel.
+
+States and actions are numbered from 0. A pair (s, a) has one outcome or several; outcome ``k`` leads to
+``next_state[k]``, pays ``reward[k]`` and, where ``terminated[k]``, ends the return: nothing is bootstrapped from its
+next state. (Puterman, *Markov Decision Processes*, 1994; Sutton and Barto, *Reinforcement Learning*, 2018, 3.1.)
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tuckerl.checks import check_int
+from tuckerl.errors import ParameterTypeError, ProblemError
+from tuckerl.types import BoolArray, FloatArray, IntArray, StateArray
+
+NO_LIMIT = np.iinfo(np.int64).max
+
+
+class MDPArrays(NamedTuple):
+    """What kernels read of an MDP with S states, A actions and M outcomes in all.
+
+    Where every pair has exactly one outcome, that of (s, a) is ``s * A + a`` and `offsets` and `cumulative` are empty;
+    otherwise its outcomes are ``offsets[s * A + a]`` up to ``offsets[s * A + a + 1]``, and `cumulative` holds their
+    summed probabilities.
+    """
+
+    next_state: StateArray  # (M,)
+    reward: FloatArray  # (M,)
+    terminated: BoolArray  # (M,)
+    offsets: IntArray  # (S * A + 1,) or (0,)
+    cumulative: FloatArray  # (M,) or (0,)
+    start_state: StateArray  # (K,)
+    start_cumulative: FloatArray  # (K,)
+    n_actions: int
+    max_episode_steps: int  # NO_LIMIT where there is none
+
+
+class TabularMDP:
+    """A finite MDP, checked once and kept as read-only arrays.
+
+    Parameters
+    ----------
+    next_state : (S, A) or (S, A, K) int
+        The state that each outcome leads to.
+    reward : the same shape, float
+    terminated : the same shape, bool
+        True where the outcome ends the episode.
+    probability : (S, A, K) float, optional
+        Needed with K outcomes; each pair's sum to 1. Outcomes of probability 0 are dropped.
+    start : int or (S,) float, optional
+        The first state, or the probability of each. Default 0.
+    max_episode_steps : int, optional
+        An episode is truncated after as many steps; default: never.
+    heuristic : (S,) float, optional
+        What ``DynaH`` uses by default: larger is farther from the goal.
+
+    Raises
+    ------
+    ProblemError
+        If shapes differ, a state is out of range, a number is not finite or probabilities do not sum to 1.
+
+    Examples
+    --------
+    >>> chain = TabularMDP([[0, 1], [0, 1]], [[0, 1], [0, 0]], [[False, True], [True, True]])
+    >>> chain.n_states, chain.n_actions
+    (2, 2)
+    """
+
+    def __init__(
+        self,
+        next_state: ArrayLike,
+        reward: ArrayLike,
+        terminated: ArrayLike,
+        probability: ArrayLike | None = None,
+        *,
+        start: int | ArrayLike = 0,
+        max_episode_steps: int | None = None,
+        heuristic: ArrayLike | None = None,
+    ) -> None:
+        states, rewards, ends = np.asarray(next_state), np.asarray(reward), np.asarray(terminated)
+        _check_outcomes(states, rewards, ends, with_probability=probability is not None)
+        self.n_states, self.n_actions = int(states.shape[0]), int(states.shape[1])
+        start_state, start_cumulative = _start(start, self.n_states)
+        if max_episode_steps is not None:
+            max_episode_steps = check_int("max_episode_steps", max_episode_steps, 1)
+        self.max_episode_steps = max_episode_steps
+        self.heuristic = None if heuristic is None else check_heuristic(heuristic, self.n_states)
+        kept, offsets, cumulative = _outcomes(states, probability)
+        arrays = MDPArrays(
+            next_state=states[kept].astype(np.uint32),
+            reward=rewards[kept].astype(np.float64),
+            terminated=ends[kept].astype(np.bool_),
+            offsets=offsets,
+            cumulative=cumulative,
+            start_state=start_state,
+            start_cumulative=start_cumulative,
+            n_actions=self.n_actions,
+            max_episode_steps=max_episode_steps or NO_LIMIT,
+        )
+        self.arrays = _read_only(arrays)
+
+    @classmethod
+    def from_arrays(cls, arrays: MDPArrays, n_states: int, heuristic: FloatArray | None = None) -> "TabularMDP":
+        """Return the MDP whose `arrays` were taken from another one (they are not checked again)."""
+        mdp = cls.__new__(cls)
+        mdp.n_states, mdp.n_actions = n_states, arrays.n_actions
+        limit = arrays.max_episode_steps
+        mdp.max_episode_steps = None if limit == NO_LIMIT else limit
+        mdp.heuristic = heuristic
+        mdp.arrays = _read_only(arrays)
+        return mdp
+
+    def with_time_limit(self, max_episode_steps: int | None) -> "TabularMDP":
+        """Return the same MDP (sharing its arrays) with another limit on an episode's steps."""
+        limit = NO_LIMIT if max_episode_steps is None else check_int("max_episode_steps", max_episode_steps, 1)
+        arrays = self.arrays._replace(max_episode_steps=limit)
+        return TabularMDP.from_arrays(arrays, self.n_states, self.heuristic)
+
+    def __repr__(self) -> str:
+        return (
+            f"TabularMDP({self.n_states} states, {self.n_actions} actions, {self.arrays.next_state.size} outcomes, "
+            f"max_episode_steps={self.max_episode_steps})"
+        )
+
+
+def check_heuristic(heuristic: ArrayLike, n_states: int) -> FloatArray:
+    """Return `heuristic` as a read-only (S,) float64 array.
+
+    Raises
+    ------
+    ProblemError
+        If it has another shape or a value that is not finite.
+    """
+    values = np.array(heuristic, dtype=np.float64)
+    if values.shape != (n_states,) or not np.isfinite(values).all():
+        raise ProblemError(
+            f"heuristic must be {n_states} finite numbers, one for each state; got an array of shape {values.shape}"
+            f"{'' if np.isfinite(values).all() else ' with values that are not finite'}"
+        )
+    values.flags.writeable = False
+    return values
+
+
+def _check_outcomes(
+    states: NDArray[Any],
+    rewards: NDArray[Any],
+    ends: NDArray[Any],
+    *,
+    with_probability: bool,
+) -> None:
+    if states.ndim != 2 + with_probability or 0 in states.shape:
+        expected = "(S, A, K) as probability is given" if with_probability else "(S, A), or (S, A, K) with probability"
+        raise ProblemError(f"next_state must have the shape {expected}, no axis empty; got {states.shape}")
+    for name, array, kinds in (
+        ("next_state", states, "iu"),
+        ("reward", rewards, "iuf"),
+        ("terminated", ends, "b"),
+    ):
+        if array.shape != states.shape:
+            raise ProblemError(f"{name} must have the shape of next_state, {states.shape}; got {array.shape}")
+        if array.dtype.kind not in kinds:
+            raise ParameterTypeError(f"{name} must hold {_KINDS[kinds]}; got dtype {array.dtype}")
+    if states.min() < 0 or states.max() >= states.shape[0]:
+        where = np.argwhere((states < 0) | (states >= states.shape[0]))[0]
+        raise ProblemError(
+            f"next_state must lie from 0 to {states.shape[0] - 1}; got {states[tuple(where)]} for (s, a) = "
+            f"({where[0]}, {where[1]})"
+        )
+    if not np.isfinite(rewards.astype(np.float64)).all():
+        raise ProblemError("reward must be finite everywhere; replace NaN and infinity by numbers")
+
+
+_KINDS = {"iu": "integers", "iuf": "numbers", "b": "booleans"}
+
+
+def _outcomes(states: NDArray[Any], probability: ArrayLike | None) -> tuple[BoolArray, IntArray, FloatArray]:
+    """Return which outcomes are kept, where each pair's begin, and their summed probabilities."""
+    nothing = np.zeros(0, dtype=np.int64)
+    if probability is None:
+        return np.ones(states.shape, dtype=np.bool_), nothing, np.zeros(0)
+    p = np.asarray(probability, dtype=np.float64)
+    if p.shape != states.shape:
+        raise ProblemError(f"probability must have the shape of next_state, {states.shape}; got {p.shape}")
+    sums = p.sum(axis=2)
+    if not (p >= 0).all() or not np.allclose(sums, 1, rtol=0, atol=1e-8):
+        s, a = np.argwhere((p < 0).any(axis=2) | ~(np.abs(sums - 1) <= 1e-8))[0]
+        raise ProblemError(
+            f"each pair's probabilities must be at least 0 and sum to 1; those of (s, a) = ({s}, {a}) are {p[s, a]}"
+        )
+    kept = p > 0
+    counts = kept.sum(axis=2).ravel()
+    if (counts == 1).all():
+        return kept, nothing, np.zeros(0)
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    return kept, offsets, np.cumsum(p, axis=2)[kept]
+
+
+def _start(start: int | ArrayLike, n_states: int) -> tuple[StateArray, FloatArray]:
+    values = np.asarray(start)
+    if values.ndim == 0:
+        state = check_int("start", values.item(), 0, n_states - 1)
+        return np.array([state], dtype=np.uint32), np.ones(1)
+    p = values.astype(np.float64)
+    if p.shape != (n_states,) or not (p >= 0).all() or not abs(p.sum() - 1) <= 1e-8:
+        raise ProblemError(
+            f"start must be a state or {n_states} probabilities that sum to 1; got shape {p.shape} and sum {p.sum():g}"
+        )
+    states = np.flatnonzero(p > 0)
+    return states.astype(np.uint32), np.cumsum(p[states])
+
+
+def _read_only(arrays: MDPArrays) -> MDPArrays:
+    for array in arrays:
+        if isinstance(array, np.ndarray):
+            array.flags.writeable = False
+    return arrays

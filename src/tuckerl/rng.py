@@ -1,0 +1,60 @@
+"""Random streams: which seeds they come from, and how compiled kernels draw from them.
+
+A stream is four uint64 words, the state of xoshiro256++ (Blackman and Vigna 2021), passed to a kernel as an explicit
+array and changed in place. Streams are children of a NumPy ``SeedSequence``, so they are independent of each other
+and of how many others there are; nothing reads a global generator.
+"""
+
+import numpy as np
+
+from tuckerl._jit import kernel
+from tuckerl.checks import check_int
+from tuckerl.types import Seed, Stream, UInt64Array
+
+
+def seed_sequence(seed: Seed) -> np.random.SeedSequence:
+    """Return `seed` as a SeedSequence; ``None`` draws a fresh one from the operating system.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError
+        If the seed is negative or neither an int nor a SeedSequence nor None.
+    """
+    if isinstance(seed, np.random.SeedSequence):
+        return seed
+    return np.random.SeedSequence(None if seed is None else check_int("seed", seed, 0))
+
+
+def child(sequence: np.random.SeedSequence, *key: int) -> np.random.SeedSequence:
+    """Return a child by its number: the one that ``spawn`` would give, without its memory of earlier calls."""
+    return np.random.SeedSequence(sequence.entropy, spawn_key=(*sequence.spawn_key, *key))
+
+
+def stream(sequence: np.random.SeedSequence) -> Stream:
+    """Return a (4,) uint64 state for the kernels' generator, seeded from `sequence`."""
+    return sequence.generate_state(4, np.uint64)
+
+
+@kernel
+def _rotate_left(x: np.uint64, k: int) -> np.uint64:
+    return (x << np.uint64(k)) | (x >> np.uint64(64 - k))
+
+
+@kernel
+def uniform(state: UInt64Array) -> float:
+    """Draw a float64 uniformly from [0, 1), a multiple of 2**-53 (xoshiro256++)."""
+    s0, s1, s2, s3 = state[0], state[1], state[2], state[3]
+    result = _rotate_left(s0 + s3, 23) + s0
+    s2 ^= s0
+    s3 ^= s1
+    state[0] = s0 ^ s3
+    state[1] = s1 ^ s2
+    state[2] = s2 ^ (s1 << np.uint64(17))
+    state[3] = _rotate_left(s3, 45)
+    return float(result >> np.uint64(11)) * (1.0 / 9007199254740992.0)
+
+
+@kernel
+def below(n: int, state: UInt64Array) -> int:
+    """Draw an integer uniformly from 0 to n - 1 (for n far below 2**53)."""
+    return int(uniform(state) * n)
