@@ -47,6 +47,20 @@ def restart_log(log: ChangeLog) -> None:
     log.cursor[ENTRIES] = log.cursor[EPISODES] = 0
 
 
+def saved_log(log: ChangeLog) -> dict[str, np.ndarray]:
+    """Return the arrays from which `restore_log` goes on, taken between two episodes."""
+    entries, episodes = log.cursor[ENTRIES], log.cursor[EPISODES]
+    return {"state": log.state[:entries], "row": log.row[:entries], "end": log.end[:episodes]}
+
+
+def restore_log(log: ChangeLog, arrays: dict[str, np.ndarray]) -> None:
+    """Let an empty log go on from what `saved_log` returned."""
+    entries, episodes = arrays["state"].size, arrays["end"].size
+    log.state[:entries], log.row[:entries], log.end[:episodes] = arrays["state"], arrays["row"], arrays["end"]
+    # Between episodes no row is marked, so the clock and its stamps may stay as they are in an empty log.
+    log.cursor[ENTRIES], log.cursor[EPISODES] = entries, episodes
+
+
 @kernel
 def mark(log: ChangeLog, state: int) -> None:
     """Note that the row of `state` changes in this episode."""

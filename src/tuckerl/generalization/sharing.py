@@ -5,13 +5,15 @@ copy, or None to leave every agent its own. To add a rule, write the function an
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from numbers import Integral
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tuckerl.errors import ParameterError
-from tuckerl.types import FloatArray
+from tuckerl.generalization.answers import real_array
+from tuckerl.types import FloatArray, IntArray
 
 
 class ShareContext(NamedTuple):
@@ -43,19 +45,19 @@ def _copy_of(agent: int, n_agents: int) -> FloatArray:
 
 
 def _max(context: ShareContext) -> FloatArray:
-    """The agent that explains the most variance (Figures 5 and 7); the lowest index on ties."""
+    """Copy the agent that explains the most variance (Figures 5 and 7); the lowest index on ties."""
     norms = context.agent_norms
     return _copy_of(int(np.argmax(norms >= norms.max() * (1 - _TIE))), norms.size)
 
 
 def _min(context: ShareContext) -> FloatArray:
-    """The agent that explains the least variance (Figure 8); the lowest index on ties."""
+    """Copy the agent that explains the least variance (Figure 8); the lowest index on ties."""
     norms = context.agent_norms
     return _copy_of(int(np.argmax(norms <= norms.min() * (1 + _TIE))), norms.size)
 
 
 def _best(context: ShareContext) -> FloatArray:
-    """The agent of the highest mean return in the window; the lowest index on ties."""
+    """Copy the agent of the highest mean return in the window; the lowest index on ties."""
     return _copy_of(int(np.argmax(context.returns.mean(axis=0))), context.agent_norms.size)
 
 
@@ -68,7 +70,7 @@ def _mean(context: ShareContext) -> FloatArray:
 
 
 def _consensus(context: ShareContext) -> FloatArray:
-    """The mean of all tables weighted by the agents' row norms."""
+    """Mix all tables, weighted by the agents' row norms."""
     mixture: FloatArray = context.agent_norms / context.agent_norms.sum()
     return mixture
 
@@ -88,22 +90,35 @@ SHARING = {
 }
 
 
+def share_tables(q: FloatArray, mixture: FloatArray, states: IntArray | None) -> None:
+    """Let every agent go on with the mixture of all (N, S, A) tables, updated in place.
+
+    Where the `states` are known that differ between tables, only their rows are mixed.
+    """
+    rows: Any = slice(None) if states is None else states
+    if np.count_nonzero(mixture) == 1:
+        q[:, rows] = q[int(np.argmax(mixture)), rows]
+    else:
+        q[:, rows] = np.tensordot(mixture, q[:, rows], axes=1)
+
+
 def custom_sharing(function: ShareFunction) -> Sharing:
     """Return a user's function as a rule whose result is checked."""
 
     def mix(context: ShareContext) -> FloatArray | None:
         n_agents = context.agent_norms.size
-        answer = function(context)
+        answer: object = function(context)
         if answer is None:
             return None
-        values = np.asarray(answer)
-        if values.ndim == 0 and values.dtype.kind in "iu" and 0 <= values < n_agents:
-            return _copy_of(int(values), n_agents)
-        if values.shape == (n_agents,) and np.isfinite(values).all() and abs(values.sum() - 1) <= 1e-9:
-            return values.astype(np.float64)
+        if isinstance(answer, Integral) and type(answer) is not bool and 0 <= int(answer) < n_agents:
+            return _copy_of(int(answer), n_agents)
+        mixture = real_array(answer)
+        # Written so that NaN fails, too.
+        if mixture is not None and mixture.shape == (n_agents,) and abs(mixture.sum() - 1) <= 1e-9:
+            return mixture
         raise ParameterError(
-            f"the share function must return an agent's index from 0 to {n_agents - 1}, {n_agents} mixture weights that "
-            f"sum to 1, or None; got {answer!r}"
+            f"the share function must return an agent's index from 0 to {n_agents - 1}, {n_agents} mixture weights "
+            f"that sum to 1, or None; got {answer!r}"
         )
 
     return Sharing(mix, needs_decomposition=True)

@@ -104,6 +104,12 @@ class StepHistory(NamedTuple):
     ranks: IntArray  # (W, 4) used, 0 where there was no decomposition
 
 
+def empty_history(n_actions: int) -> StepHistory:
+    """Return the history of no windows."""
+    none = np.zeros(0, dtype=np.int64)
+    return StepHistory(none, np.zeros((0, n_actions)), none, np.zeros(0), np.zeros((0, 4), dtype=np.int64))
+
+
 class Outcome(NamedTuple):
     """What a learner has to do after a window."""
 
@@ -143,19 +149,24 @@ class StepRun:
             tensor = self.snapshots.tensor(logs)
             if not np.isfinite(tensor).all():
                 return Outcome(weights, None, finite=False)
-            if tensor.any():
-                decomposition = self._decompose(tensor)
-            else:  # nothing was learned yet: everything stays as it is
+            if not tensor.any():  # nothing was learned yet: everything stays as it is
                 self._remember(episode, weights, None, None)
                 return Outcome(weights, None, finite=True)
+            decomposition = decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
+            if decomposition.ranks != self.step.ranks:
+                self._warn(
+                    RankWarning,
+                    f"ranks {self.step.ranks} are more than the tables of a window allow and were clipped to "
+                    f"{decomposition.ranks}; later windows may be clipped otherwise (see step_history.ranks)",
+                )
         rng = np.random.default_rng(child(self._sequence, _STREAM, episode // self.step.every))
         weights = self.step.weighting.weigh(decomposition, self._n_actions, rng)
         weights = np.maximum(weights, self.step.floor)
         if not weights.all():
             self._warn(
                 ZeroWeightWarning,
-                f"the weight of action {int(np.argmin(weights))} is 0, so it stops learning: its column was zero in "
-                "every table of the window; a floor above 0 keeps it alive",
+                f"the weight of action {int(np.argmin(weights))} is 0, so it does not learn in the next window (the "
+                "paper's weight is 0 where an action's column was zero in every table); a floor above 0 keeps it alive",
             )
         norms = np.ones(self._n_agents) if decomposition is None else np.linalg.norm(decomposition.factors[3], axis=1)
         mixture = self.step.sharing.mix(ShareContext(norms, returns, rng))
@@ -163,16 +174,16 @@ class StepRun:
         return Outcome(weights, mixture, finite=True)
 
     @property
+    def n_windows(self) -> int:
+        """Number of windows that were closed."""
+        return len(self._history)
+
+    @property
     def history(self) -> StepHistory:
         """What was done after each window so far."""
-        episode, weights, chosen, fit, ranks = zip(*self._history, strict=True) if self._history else ((),) * 5
-        return StepHistory(
-            np.array(episode, dtype=np.int64),
-            np.array(weights, dtype=np.float64).reshape(-1, self._n_actions),
-            np.array(chosen, dtype=np.int64),
-            np.array(fit, dtype=np.float64),
-            np.array(ranks, dtype=np.int64).reshape(-1, 4),
-        )
+        if not self._history:
+            return empty_history(self._n_actions)
+        return StepHistory(*(np.array(column) for column in zip(*self._history, strict=True)))
 
     def saved(self) -> dict[str, np.ndarray]:
         """Return the arrays from which `restore` goes on."""
@@ -187,20 +198,11 @@ class StepRun:
             for episode, weights, chosen, fit, ranks in zip(*columns, strict=True)
         ]
 
-    def _decompose(self, tensor: FloatArray) -> TuckerDecomposition:
-        decomposition = decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
-        if decomposition.ranks != self.step.ranks:
-            self._warn(
-                RankWarning,
-                f"ranks {self.step.ranks} are more than the tables of a window allow and were clipped to "
-                f"{decomposition.ranks}; later windows may be clipped otherwise (see step_history.ranks)",
-            )
-        return decomposition
-
     def _warn(self, category: type[Warning], message: str) -> None:
         if category not in self._warned:
             self._warned.add(category)
-            warnings.warn(message, category, stacklevel=5)  # the line that called learn()
+            # The line that called learn(): _warn, close_window, the learner's own step and learn lie below it.
+            warnings.warn(message, category, stacklevel=5)
 
     def _remember(
         self,

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tuckerl.errors import ParameterError
+from tuckerl.generalization.answers import real_array
 from tuckerl.tensor import TuckerDecomposition
 from tuckerl.types import FloatArray
 
@@ -83,12 +84,12 @@ def _relative(decomposition: TuckerDecomposition | None, n_actions: int, rng: np
 
 
 def _constant(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
-    """The control for a smaller learning rate: the paper's root mean square for every action."""
+    """Control for a smaller learning rate: the paper's root mean square for every action."""
     return np.full(n_actions, 1.0 / np.sqrt(n_actions))
 
 
 def _permuted(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
-    """The control for which action gets which: the paper's values, dealt to random actions."""
+    """Control for which action gets which: the paper's values, dealt to random actions."""
     return rng.permutation(_paper(decomposition, n_actions, rng))
 
 
@@ -109,11 +110,12 @@ def custom_weighting(function: WeightFunction) -> Weighting:
     """Return a user's function as a weighting whose result is checked."""
 
     def weigh(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
-        weights = np.array(function(_decomposed(decomposition)), dtype=np.float64)
-        if weights.shape != (n_actions,) or not np.isfinite(weights).all() or (weights < 0).any():
+        answer = function(_decomposed(decomposition))
+        weights = real_array(answer)
+        if weights is None or weights.shape != (n_actions,) or not np.isfinite(weights).all() or (weights < 0).any():
             raise ParameterError(
                 f"the weights function must return {n_actions} finite numbers of at least 0, one for each action; "
-                f"got {weights!r}"
+                f"got {answer!r}"
             )
         return weights
 

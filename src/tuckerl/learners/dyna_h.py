@@ -24,9 +24,10 @@ from tuckerl.learners.episodes import (
     note_state,
     random_maximum,
 )
-from tuckerl.learners.learner import Learner, LearnerParameters
+from tuckerl.learners.learner import Learner
+from tuckerl.learners.parameters import LearnerParameters
 from tuckerl.learners.q_learning import update
-from tuckerl.learners.saved import Arrays
+from tuckerl.learners.saved import Arrays, of_prefix, with_prefix
 from tuckerl.problems.dynamics import reset, step
 from tuckerl.problems.mdp import MDPArrays, check_heuristic
 from tuckerl.problems.resolve import Environment
@@ -60,12 +61,9 @@ class Model(NamedTuple):
 
     outcome: NDArray[np.void]  # (S, A) of OUTCOME
     distance: FloatArray  # (S, A) H of the next state, -inf where nothing is modelled; unset for unobserved states
-    farthest: NDArray[
-        np.uint32
-    ]  # (S,) the first modelled action of largest distance: kept, as it is asked for at every planning
-    n_farthest: NDArray[
-        np.uint32
-    ]  # (S,) ... step and changes with the model only; how many share that distance, 0: unobserved
+    # What every planning step asks for, kept because it changes with the model only:
+    farthest: StateArray  # (S,) the first modelled action of largest distance
+    n_farthest: StateArray  # (S,) how many modelled actions share that distance, 0: the state is unobserved
     observed: StateArray  # (S,) the observed states in order
     n_observed: IntArray  # (1,)
 
@@ -262,15 +260,13 @@ class DynaH(Learner):
         return super()._array_parameters(arrays) | {"heuristic": arrays["heuristic"]}
 
     def _saved_arrays(self) -> Arrays:
-        models = {
-            f"model{agent}.{name}": array
-            for agent, model in enumerate(self._models)
-            for name, array in model._asdict().items()
-        }
-        return super()._saved_arrays() | models | {"heuristic": self._planning.heuristic}
+        saved = super()._saved_arrays() | {"heuristic": self._planning.heuristic}
+        for agent, model in enumerate(self._models):
+            saved |= with_prefix(f"model{agent}", model._asdict())
+        return saved
 
     def _restore_arrays(self, arrays: Arrays) -> None:
         super()._restore_arrays(arrays)
-        self._models = tuple(
-            Model(**{name: arrays[f"model{agent}.{name}"] for name in Model._fields}) for agent in range(self.n_agents)
-        )
+        models = [Model(**of_prefix(f"model{agent}", arrays)) for agent in range(self.n_agents)]
+        # A file does not say that a record is aligned; without that, the kernel would be compiled a second time.
+        self._models = tuple(model._replace(outcome=model.outcome.view(OUTCOME)) for model in models)

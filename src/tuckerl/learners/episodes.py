@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from tuckerl._jit import kernel
 from tuckerl.rng import below, uniform
 from tuckerl.types import FloatArray, IntArray, Stream
@@ -25,11 +23,6 @@ class Record(NamedTuple):
     returns: FloatArray  # (E,) undiscounted
     trajectory: IntArray  # (T + 1,) the states of the latest episode in order; as many as fit
     epsilon: FloatArray  # (1,) the probability of a random action, decayed after each episode
-
-
-def empty_record(n_episodes: int, trajectory: IntArray, epsilon: FloatArray) -> Record:
-    """Return a record for the next `n_episodes`."""
-    return Record(np.zeros(n_episodes, dtype=np.int64), np.zeros(n_episodes), trajectory, epsilon)
 
 
 @kernel

@@ -2,27 +2,34 @@
 
 Line 1 names the format and its version, line 2 is the SHA-256 of all that follows: an ``.npz`` archive whose member
 ``header`` is the JSON text. A file of a newer version is refused, and so is one that is cut short or damaged.
+
+The second half says how a problem, a tensor step and a seed are put into header and arrays, and how they come back.
 """
 
 import hashlib
 import io
 import json
 import zipfile
+from collections.abc import Iterable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tuckerl.errors import SavedFileError
+from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.files import write_whole
+from tuckerl.generalization.step import TensorStep
+from tuckerl.problems.mdp import MDPArrays, TabularMDP
 
 FORMAT_VERSION = 1
 _MAGIC = b"tuckerl learner, format "
 
+Header = dict[str, Any]
 Arrays = dict[str, np.ndarray]
 
 
-def write_saved(path: Path, header: dict[str, Any], arrays: Arrays) -> None:
+def write(path: Path, header: Header, arrays: Arrays) -> None:
     """Write a header and arrays to `path`, whole or not at all.
 
     Raises
@@ -38,8 +45,8 @@ def write_saved(path: Path, header: dict[str, Any], arrays: Arrays) -> None:
     write_whole(path, _MAGIC + str(FORMAT_VERSION).encode() + b"\n" + digest + b"\n" + body)
 
 
-def read_saved(path: Path) -> tuple[dict[str, Any], Arrays]:
-    """Return the header and the arrays of a file that `write_saved` wrote.
+def read(path: Path) -> tuple[Header, Arrays]:
+    """Return the header and the arrays of a file that `write` wrote.
 
     Raises
     ------
@@ -52,16 +59,96 @@ def read_saved(path: Path) -> tuple[dict[str, Any], Arrays]:
     first, _, rest = content.partition(b"\n")
     digest, _, body = rest.partition(b"\n")
     version = first[len(_MAGIC) :]
-    if not version.isdigit() or int(version) > FORMAT_VERSION:
+    if version.isdigit() and int(version) > FORMAT_VERSION:
         raise SavedFileError(
-            f"{path} has format {version.decode(errors='replace')}, and this version of tuckerl reads up to "
-            f"{FORMAT_VERSION}: update tuckerl"
+            f"{path} has format {int(version)}, and this version of tuckerl reads up to format {FORMAT_VERSION}: "
+            "update tuckerl"
         )
-    if hashlib.sha256(body).hexdigest().encode() != digest:
+    if not version.isdigit() or hashlib.sha256(body).hexdigest().encode() != digest:
         raise SavedFileError(f"{path} is truncated or damaged (its checksum differs): save it again")
     try:
         with np.load(io.BytesIO(body), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         return json.loads(arrays.pop("header").tobytes()), arrays
-    except (ValueError, KeyError, OSError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise SavedFileError(f"{path} holds no readable learner ({error}): save it again") from error
+
+
+def with_prefix(prefix: str, arrays: Arrays) -> Arrays:
+    """Return `arrays` under the names ``prefix.name``."""
+    return {f"{prefix}.{name}": array for name, array in arrays.items()}
+
+
+def of_prefix(prefix: str, arrays: Arrays) -> Arrays:
+    """Return those of the `arrays` that `with_prefix` named, under their own names."""
+    start = f"{prefix}."
+    return {name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)}
+
+
+def problem_parts(problem: TabularMDP) -> tuple[Header, Arrays]:
+    """Return a problem as header and arrays."""
+    parts = problem.arrays._asdict()
+    arrays: Arrays = {name: part for name, part in parts.items() if isinstance(part, np.ndarray)}
+    header = {name: part for name, part in parts.items() if name not in arrays}
+    if problem.heuristic is not None:
+        arrays["heuristic"] = problem.heuristic
+    return header | {"n_states": problem.n_states}, arrays
+
+
+def restored_problem(header: Header, arrays: Arrays) -> TabularMDP:
+    """Return the problem that `problem_parts` took apart."""
+    parts = header | arrays
+    return TabularMDP.from_arrays(
+        MDPArrays(**{name: parts[name] for name in MDPArrays._fields}), header["n_states"], arrays.get("heuristic")
+    )
+
+
+def seed_parts(sequence: np.random.SeedSequence) -> Header:
+    """Return what makes `sequence` again."""
+    entropy: Any = sequence.entropy
+    words = [int(word) for word in entropy] if isinstance(entropy, Iterable) else int(entropy)
+    return {"entropy": words, "spawn_key": [int(key) for key in sequence.spawn_key]}
+
+
+def restored_seed(header: Header) -> np.random.SeedSequence:
+    """Return the sequence that `seed_parts` took apart."""
+    return np.random.SeedSequence(header["entropy"], spawn_key=header["spawn_key"])
+
+
+def step_parts(step: TensorStep | None) -> Header | None:
+    """Return a tensor step's parameters; None stands for a user's function, which a file of data cannot hold."""
+    if step is None:
+        return None
+    parameters = {field.name: getattr(step, field.name) for field in fields(step)}
+    return {name: None if callable(value) else value for name, value in parameters.items()}
+
+
+def restored_step(header: Header | None, given: TensorStep | None, path: Path) -> TensorStep | None:
+    """Return the tensor step that `step_parts` took apart, with the functions of the one `given` in its place.
+
+    Raises
+    ------
+    SavedFileError
+        If functions are needed and none is given.
+    ParameterError
+        If the one given differs in anything but those functions, or none is needed.
+    """
+    functions = [] if header is None else [name for name, value in header.items() if value is None]
+    if given is None:
+        if functions:
+            raise SavedFileError(
+                f"{path} used a tensor step with functions of its own ({', '.join(functions)}), which files cannot "
+                "hold: pass load() a tensor_step with them"
+            )
+        return None if header is None else TensorStep(**header)
+    if header is None or not functions:
+        raise ParameterError(f"{path} holds all of its tensor step: load it without tensor_step")
+    for name, value in header.items():
+        now = getattr(given, name)
+        same = callable(now) if value is None else now == (tuple(value) if name == "ranks" else value)
+        if not same:
+            raise ParameterError(
+                f"tensor_step must be the one that {path} was saved with: its {name} was "
+                f"{'a function' if value is None else value!r}; got {now!r}"
+            )
+    return given
