@@ -1,0 +1,54 @@
+"""The command ``tuckerl``: parse, call, print. Nothing is computed here.
+
+Exit status: 0 done; 2 wrong input, said in one sentence on standard error; 130 interrupted; 1 anything else.
+"""
+
+import sys
+
+import typer
+from typer.exceptions import Exit, TyperException
+
+from tuckerl import errors
+from tuckerl._version import __version__
+from tuckerl.cli.reproduce import reproduce
+
+app = typer.Typer(
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Tabular reinforcement learning, with knowledge shared through Tucker decompositions of Q-tables.",
+)
+app.command()(reproduce)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"tuckerl {__version__}")
+        raise Exit
+
+
+@app.callback()
+def _options(
+    version: bool = typer.Option(
+        False, "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+    ),
+) -> None:
+    """Hold the options that come before any command."""
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit with its status."""
+    try:
+        status = app(arguments, standalone_mode=False)
+    except KeyboardInterrupt:
+        status = _complain("interrupted: what is finished is kept, the same command goes on from there", 130)
+    except TyperException as error:
+        status = 0 if not error.format_message() else _complain(error.format_message(), 2)
+    except errors.TuckerlError as error:
+        status = _complain(str(error), 2)
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+def _complain(message: str, status: int) -> int:
+    typer.echo(f"tuckerl: {message}", err=True)
+    return status

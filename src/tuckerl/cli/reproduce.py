@@ -1,0 +1,45 @@
+"""``tuckerl reproduce``: the paper's experiments, their figures and the verdicts on its claims."""
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def reproduce(
+    scenario: Annotated[str, typer.Argument(help="dyna-maze, or all.")] = "all",
+    runs: Annotated[int | None, typer.Option(help="Runs of each instance. Default: the paper's.")] = None,
+    episodes: Annotated[int | None, typer.Option(help="Episodes of each run. Default: the paper's.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes. Default: one for each core.")] = None,
+    seed: Annotated[int, typer.Option(help="Decides all results.")] = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results. Default: results/paper, or results/quick with --quick.")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="A small version of everything.")] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace another study's results in the folder.")
+    ] = False,
+) -> None:
+    """Run the paper's experiments; write report.html, figures, claims.json and runs.parquet.
+
+    Finished runs in the folder are not run again.
+    """
+    # Imported here, so that --help is quick.
+    from tuckerl.cli.progress import progress_bar
+    from tuckerl.reports import write_report
+    from tuckerl.studies.paper import paper_study
+    from tuckerl.studies.reproduce import run_study
+    from tuckerl.studies.summary import summarise
+
+    study = paper_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)
+    folder = out or Path("results") / ("quick" if quick else "paper")
+    if workers is None:
+        workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    with progress_bar("runs") as progress:
+        tables = run_study(study, folder, workers=workers, overwrite=overwrite, progress=progress)
+    claims, summaries = summarise(study, tables)
+    report = write_report(study, claims, summaries, folder)
+    for claim in claims:
+        typer.echo(f"{claim.id:>3}  {claim.verdict:<14} {claim.claim}")
+    typer.echo(f"Report: {report}")

@@ -1,0 +1,94 @@
+"""The paper's claims, each with its verdict and, where it compares, the same against the constant control."""
+
+import math
+import zlib
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from tuckerl.studies.statistics import MEASURES, Difference, compare
+from tuckerl.studies.study import Comparison, Scenario, Study
+
+_NOTHING = Difference(math.nan, math.nan, math.nan, 0, 0)
+
+
+class Claim(NamedTuple):
+    """What became of one claim."""
+
+    id: str
+    claim: str
+    scenario: str
+    verdict: str  # "holds", "does not hold" or "not decided"
+    difference: Difference  # NaN where the claim is not a comparison
+    control: Difference
+    runs: int
+    detail: str  # what was compared, in words
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the claim's line of ``claims.json``."""
+        return {
+            "id": self.id,
+            "claim": self.claim,
+            "verdict": self.verdict,
+            "difference": _number(self.difference.mean),
+            "low": _number(self.difference.low),
+            "high": _number(self.difference.high),
+            "control_difference": _number(self.control.mean),
+            "control_low": _number(self.control.low),
+            "control_high": _number(self.control.high),
+            "runs": self.runs,
+        }
+
+
+def test_claims(study: Study, runs: pl.DataFrame, weights: pl.DataFrame) -> list[Claim]:
+    """Return every claim of the study's scenarios, in the order of their numbers."""
+    claims = []
+    for scenario in study.scenarios:
+        own = runs.filter(pl.col("scenario") == scenario.name)
+        claims += [_compared(study, scenario, comparison, own) for comparison in scenario.comparisons]
+    claims.append(_weights_in_range(weights))
+    return sorted(claims, key=lambda claim: int(claim.id[1:]))
+
+
+def _compared(study: Study, scenario: Scenario, comparison: Comparison, runs: pl.DataFrame) -> Claim:
+    measure = MEASURES[comparison.measure]
+    # Each interval has its own stream, so that no claim's numbers depend on which others are tested.
+    entropy = [study.seed, scenario.number, zlib.crc32(comparison.id.encode())]
+    difference = compare(runs, comparison.base, comparison.candidate, measure, np.random.default_rng([*entropy, 0]))
+    control = compare(runs, comparison.control, comparison.candidate, measure, np.random.default_rng([*entropy, 1]))
+    return Claim(
+        comparison.id,
+        comparison.claim,
+        scenario.name,
+        difference.verdict,
+        difference,
+        control,
+        difference.n_pairs,
+        f"{comparison.candidate} against {comparison.base}; control {comparison.control}",
+    )
+
+
+def _weights_in_range(weights: pl.DataFrame) -> Claim:
+    """C9: every omega recorded is in (0, 1]."""
+    outside = weights.filter((pl.col("weight") <= 0) | (pl.col("weight") > 1)).height
+    runs = weights.select("scenario", "variant", "instance", "run").unique().height
+    verdict = "not decided" if weights.is_empty() else "holds" if outside == 0 else "does not hold"
+    span = "none recorded"
+    if not weights.is_empty():
+        values = weights["weight"].to_numpy()
+        span = f"from {values.min():.3g} to {values.max():.3g}"
+    return Claim(
+        "C9",
+        "omega is in [0, 1] and alpha times omega in (0, 1]",
+        "all",
+        verdict,
+        _NOTHING,
+        _NOTHING,
+        runs,
+        f"{weights.height:,} weights, {span}; {outside:,} outside (0, 1]",
+    )
+
+
+def _number(value: float) -> float | None:
+    return None if math.isnan(value) else value

@@ -1,0 +1,215 @@
+"""Running a study: every task is played by some worker, and yields tables of what came out.
+
+A *task* is one run of one instance, played by all variants of its scenario. Workers are processes with one BLAS thread
+each; with one worker everything happens in this process, also with one BLAS thread, so that all bits agree.
+"""
+
+import multiprocessing
+import signal
+import time
+import warnings
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+import scipy.linalg  # noqa: F401  # its BLAS must be loaded before it can be limited
+from threadpoolctl import threadpool_limits
+
+from tuckerl.errors import DivergenceWarning, RankWarning, ZeroWeightWarning
+from tuckerl.learners.learner import Learner
+from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.resolve import Environment, as_problem
+from tuckerl.studies.study import Scenario, Study, Variant
+from tuckerl.types import IntArray
+
+
+class Task(NamedTuple):
+    """One run of one instance of a scenario (by its place in the study)."""
+
+    scenario: int
+    instance: int
+    run: int
+
+
+class Tables(NamedTuple):
+    """What tasks leave behind, one frame for each kind of fact (columns in `SCHEMAS`)."""
+
+    runs: pl.DataFrame  # steps and return of every episode; null from the one on in which a run diverged
+    weights: pl.DataFrame  # what the tensor step decided after every window
+    paths: pl.DataFrame  # the states of the pictured variants' shortest episodes
+    times: pl.DataFrame  # processor time: the one thing that differs between two runs of a study
+
+
+_KEY: dict[str, Any] = {"scenario": pl.String, "variant": pl.String, "instance": pl.Int32, "run": pl.Int32}
+_AGENT: dict[str, Any] = {"agent": pl.Int32}
+SCHEMAS: dict[str, Any] = {
+    "runs": _KEY | _AGENT | {"episode": pl.Int32, "steps": pl.Int64, "return": pl.Float64, "diverged": pl.Boolean},
+    "weights": _KEY
+    | {"episode": pl.Int32, "action": pl.Int32, "weight": pl.Float64, "chosen": pl.Int32, "fit": pl.Float64},
+    "paths": _KEY | _AGENT | {"step": pl.Int32, "state": pl.Int64},
+    "times": _KEY | {"agents": pl.Int32, "seconds": pl.Float64},
+}
+
+
+def all_tasks(study: Study) -> list[Task]:
+    """Return the study's tasks in order."""
+    return [
+        Task(place, instance, run)
+        for place, scenario in enumerate(study.scenarios)
+        for instance in range(scenario.n_instances)
+        for run in range(scenario.n_runs)
+    ]
+
+
+def play_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[tuple[Task, Tables], None, None]:
+    """Play the tasks and yield each one's tables as it ends, in any order.
+
+    Kernels are compiled here first, so that workers find them ready.
+    """
+    if not tasks:
+        return
+    with threadpool_limits(1):
+        _warm_up(study)
+        if workers == 1:
+            for task in tasks:
+                yield task, play_task(study, task)
+            return
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(min(workers, len(tasks)), context, _start_worker, (study,))
+    try:
+        futures = {pool.submit(_work, task): task for task in tasks}
+        for future in as_completed(futures):
+            yield futures.pop(future), future.result()
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def play_task(study: Study, task: Task) -> Tables:
+    """Play one run of one instance with every variant."""
+    scenario = study.scenarios[task.scenario]
+    problem = _problem(scenario.problem, task.instance)
+    played = [_play_variant(study, scenario, variant, problem, task) for variant in scenario.variants]
+    return Tables(*(pl.concat(frames) for frames in zip(*played, strict=True)))
+
+
+_study: Study | None = None  # of this worker process
+
+
+def _start_worker(study: Study) -> None:
+    global _study
+    _study = study
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's business
+    threadpool_limits(1)
+
+
+def _work(task: Task) -> Tables:
+    if _study is None:
+        raise RuntimeError("a worker was asked to work before it was started")
+    return play_task(_study, task)
+
+
+@contextmanager
+def _without_warnings() -> Iterator[None]:
+    """Silence what the tables record anyway: clipped ranks, weights of 0, runs that diverged."""
+    with warnings.catch_warnings():
+        for category in (RankWarning, ZeroWeightWarning, DivergenceWarning):
+            warnings.simplefilter("ignore", category)
+        yield
+
+
+def _warm_up(study: Study) -> None:
+    """Compile every learner's kernel, or fetch it from the cache on disk."""
+    for scenario in study.scenarios:
+        for learner in {variant.learner: variant for variant in scenario.variants}.values():
+            with _without_warnings():
+                learner.make(_problem(scenario.problem, 0), study.run_seed(scenario, 0, 0)).learn(episodes=1)
+
+
+@lru_cache(maxsize=64)
+def _problem(make: Callable[[int], Environment], instance: int) -> TabularMDP:
+    return as_problem(make(instance))
+
+
+def _play_variant(study: Study, scenario: Scenario, variant: Variant, problem: TabularMDP, task: Task) -> Tables:
+    pictured = variant.name in scenario.pictured and (task.instance, task.run) == (0, 0)
+    paths: list[IntArray] = []
+    before = time.thread_time()
+    learner = variant.make(problem, study.run_seed(scenario, task.instance, task.run))
+    with _without_warnings():
+        if pictured:
+            paths = _learn_with_paths(learner, scenario.n_episodes)
+        else:
+            learner.learn(episodes=scenario.n_episodes)
+    seconds = time.thread_time() - before
+    key = {"scenario": scenario.name, "variant": variant.name, "instance": task.instance, "run": task.run}
+    return Tables(
+        _runs_frame(key, learner, scenario.n_episodes),
+        _weights_frame(key, learner),
+        _paths_frame(key, paths),
+        _frame("times", key, agents=[variant.n_agents], seconds=[seconds]),
+    )
+
+
+def _learn_with_paths(learner: Learner, episodes: int) -> list[IntArray]:
+    """Learn as ever, and return the states of each agent's shortest episode (the first of them)."""
+    best: list[IntArray] = []
+    for _ in range(episodes):
+        learner.learn(episodes=1)
+        if learner.diverged_at is not None:
+            break
+        latest = learner.trajectories
+        best = [min(pair, key=len) for pair in zip(best, latest, strict=True)] if best else list(latest)
+    return best
+
+
+def _frame(kind: str, key: dict[str, Any], **columns: Any) -> pl.DataFrame:
+    data = pl.DataFrame(columns).with_columns(**{name: pl.lit(value) for name, value in key.items()})
+    return data.select(*SCHEMAS[kind]).cast(SCHEMAS[kind])
+
+
+def _runs_frame(key: dict[str, Any], learner: Learner, n_episodes: int) -> pl.DataFrame:
+    finished, n_agents = learner.steps.shape
+    steps = np.full((n_agents, n_episodes), -1, dtype=np.int64)
+    returns = np.full((n_agents, n_episodes), np.nan)
+    steps[:, :finished], returns[:, :finished] = learner.steps.T, learner.returns.T
+    agent, episode = np.indices((n_agents, n_episodes))
+    frame = _frame(
+        "runs",
+        key,
+        agent=agent.ravel(),
+        episode=episode.ravel(),
+        steps=steps.ravel(),
+        diverged=(episode >= finished).ravel(),
+        **{"return": returns.ravel()},
+    )
+    kept = ~pl.col("diverged")
+    return frame.with_columns(steps=pl.when(kept).then("steps"), **{"return": pl.when(kept).then("return")})
+
+
+def _weights_frame(key: dict[str, Any], learner: Learner) -> pl.DataFrame:
+    history = learner.step_history
+    n_windows, n_actions = history.weights.shape
+    return _frame(
+        "weights",
+        key,
+        episode=np.repeat(history.episode, n_actions),
+        action=np.tile(np.arange(n_actions), n_windows),
+        weight=history.weights.ravel(),
+        chosen=np.repeat(history.chosen, n_actions),
+        fit=np.repeat(history.fit, n_actions),
+    )
+
+
+def _paths_frame(key: dict[str, Any], paths: list[IntArray]) -> pl.DataFrame:
+    none = np.zeros(0, dtype=np.int64)
+    return _frame(
+        "paths",
+        key,
+        agent=np.concatenate([none, *(np.full(path.size, agent) for agent, path in enumerate(paths))]),
+        step=np.concatenate([none, *(np.arange(path.size) for path in paths)]),
+        state=np.concatenate([none, *paths]),
+    )

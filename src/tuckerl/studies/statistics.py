@@ -1,0 +1,124 @@
+"""From the runs of two variants to a difference with an interval, and from that to a verdict.
+
+A *pair* is what two variants did from the same seed; its value for each variant is a mean over agents. The difference
+is counted in the claim's favour and divided by the base's mean; its 95 % interval is the bias-corrected and accelerated
+bootstrap over pairs (Efron 1987; ``scipy.stats.bootstrap``).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+from scipy import stats
+
+from tuckerl.types import FloatArray
+
+CONFIDENCE = 0.95
+N_RESAMPLES = 9999
+
+
+class Measure(NamedTuple):
+    """What a claim compares."""
+
+    pair: tuple[str, ...]  # the columns that make a pair
+    value: pl.Expr  # of one agent in one pair, from the rows of its episodes
+    larger_is_better: bool
+
+
+MEASURES = {
+    # Steps summed over instances and episodes: what Figure 11 shows at its right end.
+    "cost": Measure(("run",), pl.col("steps").sum(), larger_is_better=False),
+    # The length of the agent's shortest episode: what Figure 10 shows.
+    "path": Measure(("instance", "run"), pl.col("steps").min(), larger_is_better=False),
+}
+
+
+class Difference(NamedTuple):
+    """A paired difference in the candidate's favour, over the base's mean; NaN where it cannot be told."""
+
+    mean: float
+    low: float
+    high: float
+    n_pairs: int
+    n_diverged: int  # pairs left out because a run of theirs diverged
+
+    @property
+    def verdict(self) -> str:
+        """Say whether the claim "holds", "does not hold" or is "not decided"."""
+        if self.low > 0:
+            return "holds"
+        return "does not hold" if self.high < 0 else "not decided"
+
+
+def pair_values(runs: pl.DataFrame, variant: str, measure: Measure) -> pl.DataFrame:
+    """Return one row for each pair of a variant: its columns, `value` and `diverged`."""
+    pair = list(measure.pair)
+    chosen = runs.filter(pl.col("variant") == variant)
+    agents = chosen.group_by([*pair, "agent"]).agg(measure.value.cast(pl.Float64), pl.col("diverged").any())
+    return agents.group_by(pair).agg(pl.col("steps").mean().alias("value"), pl.col("diverged").any()).sort(pair)
+
+
+def compare(runs: pl.DataFrame, base: str, candidate: str, measure: Measure, rng: np.random.Generator) -> Difference:
+    """Return by how much `candidate` does better than `base` on the runs of one scenario."""
+    pair = list(measure.pair)
+    joined = pair_values(runs, base, measure).join(
+        pair_values(runs, candidate, measure), on=pair, suffix="_candidate", maintain_order="left"
+    )
+    diverged = joined["diverged"] | joined["diverged_candidate"]
+    kept = joined.filter(~diverged)
+    sign = 1.0 if measure.larger_is_better else -1.0
+    return paired_difference(
+        kept["value"].to_numpy(), kept["value_candidate"].to_numpy(), sign, int(diverged.sum()), rng
+    )
+
+
+def paired_difference(
+    base: FloatArray, candidate: FloatArray, sign: float, n_diverged: int, rng: np.random.Generator
+) -> Difference:
+    """Return the relative paired difference of two samples, (n,) each, with its interval."""
+    n_pairs = base.size
+    if n_pairs == 0 or base.mean() == 0:
+        return Difference(math.nan, math.nan, math.nan, n_pairs, n_diverged)
+
+    def relative(base: FloatArray, candidate: FloatArray, axis: int = -1) -> FloatArray:
+        difference: FloatArray = sign * (candidate - base).mean(axis=axis) / np.abs(base.mean(axis=axis))
+        return difference
+
+    mean = float(relative(base, candidate))
+    if n_pairs < 2:
+        return Difference(mean, math.nan, math.nan, n_pairs, n_diverged)
+    ratios = (candidate - base) / base if base.all() else candidate - base
+    if np.ptp(ratios) == 0:  # every resample gives the same number, for which BCa is not defined
+        return Difference(mean, mean, mean, n_pairs, n_diverged)
+    result = stats.bootstrap(
+        (base, candidate),
+        relative,
+        n_resamples=N_RESAMPLES,
+        confidence_level=CONFIDENCE,
+        method="BCa",
+        paired=True,
+        vectorized=True,
+        batch=1000,
+        rng=rng,
+    )
+    interval = result.confidence_interval
+    return Difference(mean, float(interval.low), float(interval.high), n_pairs, n_diverged)
+
+
+class Band(NamedTuple):
+    """A mean over runs with its pointwise 95 % interval, by Student's t."""
+
+    mean: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def mean_band(samples: FloatArray) -> Band:
+    """Return the band of (n, T) samples: n runs of a series of length T."""
+    n = samples.shape[0]
+    mean = samples.mean(axis=0)
+    if n < 2:
+        return Band(mean, mean, mean)
+    half = stats.t.ppf(0.5 + CONFIDENCE / 2, n - 1) * samples.std(axis=0, ddof=1) / math.sqrt(n)
+    return Band(mean, mean - half, mean + half)

@@ -1,0 +1,155 @@
+"""A folder of results: what was asked for, and the tables of all tasks that are finished.
+
+``study.json`` says which study the folder holds; ``runs.parquet`` and its sisters hold the finished tasks. Each file is
+written whole or not at all, ``runs.parquet`` last: a task is finished when it stands there, so a kill at any moment
+costs no more than the tasks since the last write.
+"""
+
+import hashlib
+import io
+import json
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+import tuckerl
+from tuckerl._version import __version__
+from tuckerl.errors import OutputConflictError, OutputError, SavedFileError
+from tuckerl.files import write_whole
+from tuckerl.studies.runner import SCHEMAS, Tables, Task
+from tuckerl.studies.study import Study
+
+_FORMAT = 1
+_WRITE_ORDER = ("weights", "paths", "times", "runs")
+
+
+class Store:
+    """The results of one study in one folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is missing.
+    study : Study
+    overwrite : bool
+        Whether the results of another study in the folder may be deleted.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be made or written.
+    OutputConflictError
+        If it holds another study's results and `overwrite` is False.
+    """
+
+    def __init__(self, folder: Path, study: Study, *, overwrite: bool = False) -> None:
+        self.folder, self.study = folder, study
+        self._specification = _specification(study)
+        self._tables = _empty_tables()
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(
+                f"cannot make the folder {folder}: {error.strerror}; choose another with --out"
+            ) from error
+        difference = self._difference()
+        if difference is None:
+            self._tables = self._read()
+            return
+        if difference and not overwrite:
+            raise OutputConflictError(
+                f"{folder} holds the results of another study ({difference}): choose another folder with --out, or "
+                "replace them with --overwrite"
+            )
+        for path in self._paths().values():
+            path.unlink(missing_ok=True)
+        write_whole(folder / "study.json", json.dumps(self._specification, indent=1).encode())
+
+    @property
+    def tables(self) -> Tables:
+        """All finished tasks' tables, in the order of the study whatever the order in which they ended."""
+        return Tables(*(self._sorted(frame) for frame in self._tables))
+
+    def finished(self) -> set[Task]:
+        """Return the finished tasks."""
+        places = {scenario.name: place for place, scenario in enumerate(self.study.scenarios)}
+        keys = self._tables.runs.select("scenario", "instance", "run").unique()
+        return {Task(places[name], instance, run) for name, instance, run in keys.iter_rows()}
+
+    def add(self, tables: list[Tables]) -> None:
+        """Add the tables of finished tasks and write all to the folder."""
+        self._tables = Tables(*(pl.concat(frames) for frames in zip(self._tables, *tables, strict=True)))
+        paths, ordered = self._paths(), self.tables._asdict()
+        for name in _WRITE_ORDER:
+            buffer = io.BytesIO()
+            ordered[name].write_parquet(buffer, statistics=False)
+            write_whole(paths[name], buffer.getvalue())
+
+    def _paths(self) -> dict[str, Path]:
+        return {name: self.folder / f"{name}.parquet" for name in SCHEMAS}
+
+    def _difference(self) -> str | None:
+        """Return what differs from the study that the folder holds: None for nothing, "" where it holds none."""
+        path = self.folder / "study.json"
+        if not path.exists():
+            held = self._paths()["runs"]
+            return f"{held.name} without study.json" if held.exists() else ""
+        try:
+            there = json.loads(path.read_bytes())
+        except (OSError, ValueError):
+            return "its study.json cannot be read"
+        return next(_differences(there, self._specification, ""), None)
+
+    def _read(self) -> Tables:
+        frames: dict[str, pl.DataFrame] = {}
+        for name, path in self._paths().items():
+            if not path.exists():
+                return _empty_tables()
+            try:
+                frames[name] = pl.read_parquet(path.read_bytes()).cast(SCHEMAS[name])
+            except pl.exceptions.PolarsError as error:
+                raise SavedFileError(
+                    f"{path} is damaged ({error}): delete it, or replace all with --overwrite"
+                ) from error
+        # A kill between two files can leave tasks in the others that are not in runs.parquet; they are played again.
+        key = ["scenario", "variant", "instance", "run"]
+        finished = frames["runs"].select(key).unique()
+        return Tables(**{name: frame.join(finished, on=key, how="semi") for name, frame in frames.items()})
+
+    def _sorted(self, frame: pl.DataFrame) -> pl.DataFrame:
+        order = [(s.name, v.name) for s in self.study.scenarios for v in s.variants]
+        places = pl.DataFrame(
+            {"scenario": [s for s, _ in order], "variant": [v for _, v in order], "place": range(len(order))},
+            schema={"scenario": pl.String, "variant": pl.String, "place": pl.Int32},
+        )
+        within = [c for c in ("instance", "run", "agent", "episode", "step", "action") if c in frame.columns]
+        return frame.join(places, on=["scenario", "variant"], how="left").sort("place", *within).drop("place")
+
+
+def _empty_tables() -> Tables:
+    return Tables(**{name: pl.DataFrame(schema=schema) for name, schema in SCHEMAS.items()})
+
+
+def _specification(study: Study) -> dict[str, Any]:
+    """Return what must be equal for results to be the same bits: the study, and the code that plays it."""
+    sources = hashlib.sha256()
+    package = Path(tuckerl.__file__).parent
+    for source in sorted(package.rglob("*.py")):
+        if source.relative_to(package).parts[0] not in ("cli", "reports"):  # they show results, they decide none
+            sources.update(source.read_bytes())
+    versions = {name: version(name) for name in ("numpy", "scipy", "numba")}
+    code = {"tuckerl": __version__, "sources": sources.hexdigest()[:16], **versions}
+    specification = {"format": _FORMAT, **study.specification(), "versions": code}
+    normal: dict[str, Any] = json.loads(json.dumps(specification))
+    return normal
+
+
+def _differences(there: Any, here: Any, place: str) -> Iterator[str]:
+    if isinstance(there, dict) and isinstance(here, dict):
+        for name in [*here, *(n for n in there if n not in here)]:
+            yield from _differences(there.get(name), here.get(name), f"{place}.{name}" if place else name)
+    elif there != here:
+        yield f"{place} is {json.dumps(there)} there and {json.dumps(here)} now"

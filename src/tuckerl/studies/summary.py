@@ -1,0 +1,112 @@
+"""What figures and the report show: numbers worked out from the tables of a study, and nothing to work out any more."""
+
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+
+from tuckerl.studies.claims import Claim, test_claims
+from tuckerl.studies.runner import Tables
+from tuckerl.studies.statistics import Band, mean_band
+from tuckerl.studies.study import Scenario, Study
+from tuckerl.types import FloatArray, IntArray
+
+
+class Curve(NamedTuple):
+    """A variant's course over the episodes."""
+
+    variant: str
+    band: Band  # (E,) of the cumulative measure
+    n_runs: int
+    n_diverged: int
+
+
+class WeightCourse(NamedTuple):
+    """A variant's action weights over the windows."""
+
+    variant: str
+    episode: IntArray  # (W,) the episode after which the weights hold
+    bands: tuple[Band, ...]  # one for each action, (W,)
+
+
+class Path(NamedTuple):
+    """The shortest episode of a variant's best agent in the pictured run."""
+
+    variant: str
+    states: IntArray
+
+
+class Summary(NamedTuple):
+    """One scenario's results."""
+
+    scenario: Scenario
+    curves: tuple[Curve, ...]
+    weights: tuple[WeightCourse, ...]
+    paths: tuple[Path, ...]
+    shortest_episodes: dict[str, float]  # by variant: mean over runs and agents
+    seconds: dict[str, float]  # by variant: mean processor time of a run and agent
+
+
+def summarise(study: Study, tables: Tables) -> tuple[list[Claim], list[Summary]]:
+    """Return the claims' verdicts and a summary of each scenario."""
+    claims = test_claims(study, tables.runs, tables.weights)
+    return claims, [_summary(scenario, tables) for scenario in study.scenarios]
+
+
+def _summary(scenario: Scenario, tables: Tables) -> Summary:
+    runs, weights, paths, times = (frame.filter(pl.col("scenario") == scenario.name) for frame in tables)
+    names = [variant.name for variant in scenario.variants]
+    shortest = runs.group_by("variant", "instance", "run", "agent").agg(pl.col("steps").min()).group_by("variant")
+    seconds = times.group_by("variant").agg((pl.col("seconds") / pl.col("agents")).mean())
+    courses = (_weight_course(name, weights.filter(pl.col("variant") == name)) for name in names)
+    return Summary(
+        scenario,
+        tuple(_curve(name, runs.filter(pl.col("variant") == name)) for name in names),
+        tuple(course for course in courses if course is not None),
+        tuple(_path(name, paths.filter(pl.col("variant") == name)) for name in scenario.pictured),
+        dict(shortest.agg(pl.col("steps").mean()).iter_rows()),
+        dict(seconds.iter_rows()),
+    )
+
+
+def _curve(variant: str, runs: pl.DataFrame) -> Curve:
+    """Return the steps cumulated over episodes: summed over instances, agents averaged, runs banded."""
+    by_run = runs.group_by("run").agg(pl.col("diverged").any())
+    kept = by_run.filter(~pl.col("diverged"))["run"]
+    finite = runs.filter(pl.col("run").is_in(kept.implode()))
+    cells = (
+        finite.group_by("instance", "run", "episode")
+        .agg(pl.col("steps").mean())
+        .group_by("run", "episode")
+        .agg(pl.col("steps").sum())
+        .sort("run", "episode")
+    )
+    n_episodes = int(runs["episode"].max() or 0) + 1  # type: ignore[arg-type]  # an integer column
+    samples = cells["steps"].to_numpy().reshape(-1, n_episodes).cumsum(axis=1)
+    return Curve(variant, _band(samples), kept.len(), by_run.height - kept.len())
+
+
+def _band(samples: FloatArray) -> Band:
+    if samples.shape[0] == 0:
+        nothing = np.full(samples.shape[1], np.nan)
+        return Band(nothing, nothing, nothing)
+    return mean_band(samples)
+
+
+def _weight_course(variant: str, weights: pl.DataFrame) -> WeightCourse | None:
+    if weights.is_empty():
+        return None
+    episode = weights["episode"].unique().sort().to_numpy()
+    n_actions = int(weights["action"].max()) + 1  # type: ignore[arg-type]  # an integer column
+    complete = weights.filter(pl.len().over("instance", "run") == episode.size * n_actions)
+    samples = complete.sort("instance", "run", "episode", "action")["weight"].to_numpy()
+    cube = samples.reshape(-1, episode.size, n_actions)
+    return WeightCourse(variant, episode, tuple(_band(cube[:, :, action]) for action in range(n_actions)))
+
+
+def _path(variant: str, paths: pl.DataFrame) -> Path:
+    lengths = paths.group_by("agent").len().sort("len", "agent")
+    if lengths.is_empty():
+        return Path(variant, np.zeros(0, dtype=np.int64))
+    best = paths.filter(pl.col("agent") == lengths["agent"][0]).sort("step")
+    return Path(variant, best["state"].to_numpy())

@@ -1,0 +1,134 @@
+"""The shape of the package: layers look one way, the public surface is what it says, imports stay light."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import tuckerl
+
+PACKAGE = Path(tuckerl.__file__).parent
+GROUND = {"errors", "checks", "rng", "_jit", "types", "files", "_version"}
+LAYERS = ["tensor", "problems", "generalization", "learners", "studies", "reports", "cli"]  # from the bottom
+
+
+def sources() -> list[Path]:
+    return sorted(PACKAGE.rglob("*.py"))
+
+
+def layer_of(source: Path) -> str:
+    return source.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imported_layers(source: Path) -> set[str]:
+    """Return the layers of tuckerl that a file imports, wherever in it."""
+    found = set()
+    for node in ast.walk(ast.parse(source.read_text())):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            assert node.level == 0, f"{source}: imports are absolute"
+            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        found |= {name.split(".")[1] for name in names if name.startswith("tuckerl.")}
+    return found & (set(LAYERS) | GROUND)
+
+
+@pytest.mark.parametrize("source", sources(), ids=lambda s: s.relative_to(PACKAGE).as_posix())
+def test_layers_import_only_those_below(source: Path) -> None:
+    layer = layer_of(source)
+    if layer == "__init__":
+        return
+    allowed = GROUND if layer in GROUND else GROUND | set(LAYERS[: LAYERS.index(layer) + 1])
+    assert imported_layers(source) <= allowed
+
+
+def test_every_folder_is_a_layer() -> None:
+    folders = {path.name for path in PACKAGE.iterdir() if path.is_dir() and path.name != "__pycache__"}
+    modules = {path.stem for path in PACKAGE.glob("*.py")} - {"__init__"}
+    assert folders == set(LAYERS)
+    assert modules == GROUND
+
+
+@pytest.mark.parametrize(
+    ("library", "home"), [("numba", "_jit"), ("matplotlib", "reports"), ("plotly", "reports"), ("typer", "cli")]
+)
+def test_heavy_libraries_have_one_home(library: str, home: str) -> None:
+    importers = {
+        layer_of(source)
+        for source in sources()
+        for node in ast.walk(ast.parse(source.read_text()))
+        for name in (
+            [alias.name for alias in node.names]
+            if isinstance(node, ast.Import)
+            else [node.module or ""]
+            if isinstance(node, ast.ImportFrom)
+            else []
+        )
+        if name.split(".")[0] == library
+    }
+    assert importers == {home}
+
+
+def test_all_is_what_is_public() -> None:
+    assert tuckerl.__all__ == sorted(tuckerl.__all__)
+    assert set(tuckerl.__all__) == set(dir(tuckerl))
+    for name in tuckerl.__all__:
+        assert getattr(tuckerl, name) is not None
+    # What a name resolves to and what type checkers are told are the same.
+    tree = ast.parse((PACKAGE / "__init__.py").read_text())
+    told = {
+        alias.name: node.module
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    for name, home in tuckerl._HOMES.items():
+        assert told[name] == f"tuckerl.{home}"
+    assert set(tuckerl._HOMES) | {"__version__", "errors"} == set(tuckerl.__all__)
+
+
+def test_every_public_thing_is_documented() -> None:
+    for name in set(tuckerl.__all__) - {"__version__"}:
+        assert (getattr(tuckerl, name).__doc__ or "").strip(), name
+
+
+def test_an_unknown_attribute_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = tuckerl.nothing  # type: ignore[attr-defined]  # that it is missing is the point
+
+
+def loaded_by(code: str) -> set[str]:
+    """Return the top-level modules that a fresh interpreter has loaded after `code`."""
+    script = f"{code}\nimport sys; print(*sorted({{name.split('.')[0] for name in sys.modules}}))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    return set(done.stdout.splitlines()[-1].split())
+
+
+HEAVY = {"numba", "llvmlite", "matplotlib", "plotly", "polars", "scipy"}
+
+
+def test_the_import_is_light() -> None:
+    assert not loaded_by("import tuckerl") & HEAVY
+
+
+def test_the_help_is_light() -> None:
+    code = (
+        "import tuckerl.cli\n"
+        "for arguments in (['--help'], ['reproduce', '--help']):\n"
+        "    try: tuckerl.cli.main(arguments)\n"
+        "    except SystemExit as end: assert end.code == 0"
+    )
+    assert not loaded_by(code) & HEAVY
+
+
+@pytest.mark.parametrize("source", sources(), ids=lambda s: s.relative_to(PACKAGE).as_posix())
+def test_files_and_functions_stay_small(source: Path) -> None:
+    text = source.read_text()
+    assert text.count("\n") <= 350, "a file past 350 lines is more than one idea"
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef) and node.end_lineno:
+            body = node.body[1:] if ast.get_docstring(node) else node.body
+            assert not body or node.end_lineno - body[0].lineno < 40, f"{node.name} is longer than 40 lines"
