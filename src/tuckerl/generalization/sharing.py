@@ -5,7 +5,6 @@ copy, or None to leave every agent its own. To add a rule, write the function an
 """
 
 from collections.abc import Callable
-from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -110,7 +109,7 @@ def custom_sharing(function: ShareFunction) -> Sharing:
         answer: object = function(context)
         if answer is None:
             return None
-        if isinstance(answer, Integral) and type(answer) is not bool and 0 <= int(answer) < n_agents:
+        if isinstance(answer, int | np.integer) and not isinstance(answer, bool) and 0 <= answer < n_agents:
             return _copy_of(int(answer), n_agents)
         mixture = real_array(answer)
         # Written so that NaN fails, too.

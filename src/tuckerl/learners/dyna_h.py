@@ -208,7 +208,7 @@ class DynaH(Learner):
     Examples
     --------
     >>> import tuckerl
-    >>> agent = tuckerl.DynaH(tuckerl.sutton_maze(), seed=0).learn(episodes=30)
+    >>> agent = tuckerl.DynaH(tuckerl.sutton_maze(), alpha=0.5, seed=0).learn(episodes=100)
     >>> int(agent.steps.min())
     14
     """

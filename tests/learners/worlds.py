@@ -1,0 +1,130 @@
+"""Small worlds for the tests of learners, each as a compiled problem and as the twins read it."""
+
+import numpy as np
+
+from tests.reference.dyna_h import DynaHLearner
+from tests.reference.q_learning import QLearner, Table, World
+from tests.reference.rng import Stream
+from tuckerl import Maze, TabularMDP
+from tuckerl.errors import MazeError
+
+UNLIMITED = 10**9
+
+
+def world_of(mdp: TabularMDP) -> World:
+    """Read a problem's arrays back into lists of outcomes."""
+    arrays = mdp.arrays
+    outcomes: list[list[list[tuple[float, int, float, bool]]]] = []
+    for s in range(mdp.n_states):
+        row = []
+        for a in range(mdp.n_actions):
+            pair = s * mdp.n_actions + a
+            ks = range(arrays.offsets[pair], arrays.offsets[pair + 1]) if arrays.offsets.size else range(pair, pair + 1)
+            summed = [float(arrays.cumulative[k]) for k in ks] if arrays.offsets.size else [1.0]
+            row.append(
+                [
+                    (p, int(arrays.next_state[k]), float(arrays.reward[k]), bool(arrays.terminated[k]))
+                    for k, p in zip(ks, np.diff([0.0, *summed]).tolist(), strict=True)
+                ]
+            )
+        outcomes.append(row)
+    starts = np.diff(np.concatenate([[0.0], arrays.start_cumulative])).tolist()
+    start = [(p, int(s)) for p, s in zip(starts, arrays.start_state, strict=True)]
+    return World(outcomes, start, mdp.max_episode_steps or UNLIMITED)
+
+
+def random_mdp(
+    seed: int, n_states: int = 7, n_actions: int = 3, n_outcomes: int = 1, limit: int = 60, random_start: bool = False
+) -> TabularMDP:
+    """A random problem whose ends are rare; with several outcomes, some of probability 0."""
+    rng = np.random.default_rng(seed)
+    shape = (n_states, n_actions) if n_outcomes == 1 else (n_states, n_actions, n_outcomes)
+    probability = None
+    if n_outcomes > 1:
+        probability = rng.dirichlet(np.ones(n_outcomes), size=shape[:2])
+        probability[0, 0] = np.eye(n_outcomes)[0]
+    return TabularMDP(
+        rng.integers(n_states, size=shape),
+        rng.normal(size=shape),
+        rng.random(shape) < 0.08,
+        probability,
+        start=rng.dirichlet(np.ones(n_states)) if random_start else 0,
+        max_episode_steps=limit,
+        heuristic=rng.integers(4, size=n_states).astype(np.float64),
+    )
+
+
+def random_maze(seed: int, rows: int = 4, columns: int = 5) -> Maze:
+    rng = np.random.default_rng(seed)
+    while True:
+        walls = rng.random((rows, columns)) < 0.2
+        walls[0, 0] = walls[-1, -1] = False
+        try:
+            return Maze(walls, (0, 0), (rows - 1, columns - 1))
+        except MazeError:
+            continue
+
+
+def corridor(length: int = 5, reward: float = -1.0, limit: int | None = 100) -> TabularMDP:
+    """States 0 to length - 1 in a row; action 0 goes left, 1 right; leaving to the right ends."""
+    states = np.arange(length)
+    next_state = np.stack([np.maximum(states - 1, 0), np.minimum(states + 1, length - 1)], axis=1)
+    ends = np.zeros((length, 2), dtype=np.bool_)
+    ends[-1, 1] = True
+    return TabularMDP(
+        next_state,
+        np.full((length, 2), reward),
+        ends,
+        max_episode_steps=limit,
+        heuristic=(length - 1.0 - states),
+    )
+
+
+def twin(
+    mdp: TabularMDP,
+    *,
+    seed: int,
+    agent: int = 0,
+    alpha: float = 0.1,
+    gamma: float = 0.95,
+    epsilon: float = 0.1,
+    epsilon_decay: float = 1.0,
+    ties: str = "random",
+    initial_q: float | Table = 0.0,
+) -> QLearner:
+    """The Q-learning twin of ``QLearning(mdp, ...)``'s agent."""
+    q = np.zeros((mdp.n_states, mdp.n_actions)) + initial_q
+    return QLearner(world_of(mdp), Stream(seed, agent), alpha, gamma, epsilon, epsilon_decay, ties, q)
+
+
+def dyna_twin(
+    mdp: TabularMDP,
+    *,
+    seed: int,
+    agent: int = 0,
+    planning_steps: int = 10,
+    walk: str = "trajectory",
+    farthest: bool = True,
+    alpha: float = 0.1,
+    gamma: float = 0.95,
+    epsilon: float = 0.1,
+    epsilon_decay: float = 1.0,
+    ties: str = "random",
+    initial_q: float | Table = 0.0,
+) -> DynaHLearner:
+    """The Dyna-H twin of ``DynaH(mdp, ...)``'s agent."""
+    assert mdp.heuristic is not None
+    return DynaHLearner(
+        world_of(mdp),
+        Stream(seed, agent),
+        alpha,
+        gamma,
+        epsilon,
+        epsilon_decay,
+        ties,
+        np.zeros((mdp.n_states, mdp.n_actions)) + initial_q,
+        heuristic=mdp.heuristic,
+        planning_steps=planning_steps,
+        walk=walk,
+        farthest=farthest,
+    )

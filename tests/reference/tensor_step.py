@@ -1,0 +1,128 @@
+"""The tensor step line by line (Figures 5 and 7): the whole MQT tensor, decomposed as it stands."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tests.reference.q_learning import QLearner, Table
+from tests.reference.tensor import leading_vectors, project, unfold
+
+STEP_STREAM = 2**32 - 1
+
+
+class Window(NamedTuple):
+    """What the step did after one window."""
+
+    omega: Table
+    chosen: int
+    ranks: tuple[int, ...]
+
+
+def clipped(MQT: Table, ranks: tuple[int, ...]) -> list[int]:
+    """At most the numerical rank of each mode and the product of the other ranks."""
+    allowed = []
+    for mode, rank in enumerate(ranks):
+        values = np.linalg.svd(unfold(MQT, mode), compute_uv=False)
+        allowed.append(min(rank, int((values > 1e-10 * values[0]).sum())))
+    for _ in range(10):
+        for mode in range(4):
+            others = int(np.prod([rank for n, rank in enumerate(allowed) if n != mode]))
+            allowed[mode] = min(allowed[mode], others)
+    return allowed
+
+
+def factors_of(MQT: Table, ranks: list[int], tol: float, max_iterations: int) -> list[Table]:
+    """Tucker3 by alternating least squares from the truncated HOSVD."""
+    factors = [leading_vectors(MQT, mode, rank) for mode, rank in enumerate(ranks)]
+
+    def fit() -> float:
+        explained = np.linalg.norm(project(MQT, factors)) ** 2 / np.linalg.norm(MQT) ** 2
+        return float(1 - np.sqrt(max(0.0, 1 - explained)))
+
+    now = fit()
+    for _ in range(max_iterations):
+        for mode, rank in enumerate(ranks):
+            factors[mode] = leading_vectors(project(MQT, factors, skip=mode), mode, rank)
+        before, now = now, fit()
+        if abs(now - before) < tol:
+            break
+    return factors
+
+
+def row_norms(matrix: Table) -> Table:
+    return np.array([np.sqrt(sum(x * x for x in row)) for row in matrix])
+
+
+def weigh(kind: str, A_p: Table, rng: np.random.Generator) -> Table:
+    paper = row_norms(A_p) / np.sqrt((A_p**2).sum())
+    if kind == "paper":
+        return paper
+    if kind == "relative":
+        return np.asarray(paper / max(paper))
+    if kind == "permuted":
+        return rng.permutation(paper)
+    if kind == "constant":
+        return np.array([1 / np.sqrt(len(paper))] * len(paper))
+    return np.ones(len(paper))
+
+
+def share(kind: str, Ag_p: Table, returns: Table, rng: np.random.Generator) -> list[float] | None:
+    """How much of each agent's table goes into the common one."""
+    n_agents = returns.shape[1]
+    norms = row_norms(Ag_p)
+    one_of = {
+        "max": lambda: int(np.flatnonzero(norms > max(norms) - 1e-9)[0]),
+        "min": lambda: int(np.flatnonzero(norms < min(norms) + 1e-9)[0]),
+        "best": lambda: int(np.argmax([sum(column) for column in returns.T])),
+        "random": lambda: int(rng.integers(n_agents)),
+    }
+    if kind in one_of:
+        chosen = one_of[kind]()
+        return [1.0 if agent == chosen else 0.0 for agent in range(n_agents)]
+    if kind == "mean":
+        return [1 / n_agents] * n_agents
+    if kind == "consensus":
+        return [float(norm / sum(norms)) for norm in norms]
+    return None
+
+
+def play(
+    agents: list[QLearner],
+    episodes: int,
+    *,
+    seed: int,
+    every: int,
+    ranks: tuple[int, ...],
+    weights: str = "paper",
+    sharing: str = "max",
+    floor: float = 0.0,
+    tol: float = 1e-4,
+    max_iterations: int = 50,
+) -> tuple[list[list[int]], list[Window]]:
+    """Figure 5 or 7 from line 6 on; return the steps by episode and agent, and what the step did."""
+    n_states, n_actions = agents[0].q.shape
+    omega = np.ones(n_actions)
+    MQT = np.zeros((n_states, n_actions, every, len(agents)))
+    returns = np.zeros((every, len(agents)))
+    steps: list[list[int]] = []
+    windows: list[Window] = []
+    for i in range(1, episodes + 1):
+        steps.append([0] * len(agents))
+        for j, agent in enumerate(agents):
+            steps[-1][j], returns[i % every, j] = agent.episode(omega)
+            MQT[:, :, i % every, j] = agent.q
+        if i % every == 0 and MQT.any():
+            used = clipped(MQT, ranks)
+            _, A_p, _, Ag_p = factors_of(MQT, used, tol, max_iterations)
+            rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STEP_STREAM, i // every)))
+            omega = np.array([max(w, floor) for w in weigh(weights, A_p, rng)])
+            mixture = share(sharing, Ag_p, returns, rng)
+            if mixture is not None:
+                common = sum(part * agent.q for part, agent in zip(mixture, agents, strict=True))
+                for agent in agents:
+                    agent.q = np.array(common)
+            copied = mixture is not None and max(mixture) == 1.0
+            windows.append(Window(omega, int(np.argmax(mixture)) if copied and mixture else -1, tuple(used)))
+        elif i % every == 0:
+            windows.append(Window(omega, -1, (0, 0, 0, 0)))
+    return steps, windows
