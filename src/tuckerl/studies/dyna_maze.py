@@ -2,8 +2,7 @@
 
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.dyna_h import DynaH
-from tuckerl.problems.maze import random_maze
-from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.maze import Maze, random_maze
 from tuckerl.studies.study import Comparison, Family, Scenario, variant
 
 FAMILY = Family(
@@ -15,9 +14,9 @@ FAMILY = Family(
 )
 
 
-def problem(instance: int) -> TabularMDP:
+def problem(instance: int) -> Maze:
     """Return the random maze of that number."""
-    return random_maze(seed=instance).to_mdp()
+    return random_maze(seed=instance)
 
 
 DYNA_MAZE = Scenario(

@@ -17,6 +17,7 @@ class Curve(NamedTuple):
 
     variant: str
     band: Band  # (E,) of the cumulative measure
+    against_base: Band  # (E,) this variant minus the first one, paired over the runs that neither left early
     n_runs: int
     n_diverged: int
 
@@ -61,7 +62,7 @@ def _summary(scenario: Scenario, tables: Tables) -> Summary:
     courses = (_weight_course(name, weights.filter(pl.col("variant") == name)) for name in names)
     return Summary(
         scenario,
-        tuple(_curve(name, runs.filter(pl.col("variant") == name)) for name in names),
+        _curves(scenario, runs),
         tuple(course for course in courses if course is not None),
         tuple(_path(name, paths.filter(pl.col("variant") == name)) for name in scenario.pictured),
         dict(shortest.agg(pl.col("steps").mean()).iter_rows()),
@@ -69,10 +70,28 @@ def _summary(scenario: Scenario, tables: Tables) -> Summary:
     )
 
 
-def _curve(variant: str, runs: pl.DataFrame) -> Curve:
-    """Return the steps cumulated over episodes: summed over instances, agents averaged, runs banded."""
+class _Samples(NamedTuple):
+    runs: IntArray  # (n,) those in which nothing diverged
+    values: FloatArray  # (n, E)
+    n_diverged: int
+
+
+def _curves(scenario: Scenario, runs: pl.DataFrame) -> tuple[Curve, ...]:
+    names = [variant.name for variant in scenario.variants]
+    samples = {name: _cumulated(runs.filter(pl.col("variant") == name)) for name in names}
+    base = samples[names[0]]
+    curves = []
+    for name, own in samples.items():
+        _, here, there = np.intersect1d(own.runs, base.runs, return_indices=True)
+        paired = own.values[here] - base.values[there]
+        curves.append(Curve(name, _band(own.values), _band(paired), own.runs.size, own.n_diverged))
+    return tuple(curves)
+
+
+def _cumulated(runs: pl.DataFrame) -> _Samples:
+    """Return the steps cumulated over episodes: agents averaged, summed over instances."""
     by_run = runs.group_by("run").agg(pl.col("diverged").any())
-    kept = by_run.filter(~pl.col("diverged"))["run"]
+    kept = by_run.filter(~pl.col("diverged"))["run"].sort()
     finite = runs.filter(pl.col("run").is_in(kept.implode()))
     cells = (
         finite.group_by("instance", "run", "episode")
@@ -82,8 +101,8 @@ def _curve(variant: str, runs: pl.DataFrame) -> Curve:
         .sort("run", "episode")
     )
     n_episodes = int(runs["episode"].max() or 0) + 1  # type: ignore[arg-type]  # an integer column
-    samples = cells["steps"].to_numpy().reshape(-1, n_episodes).cumsum(axis=1)
-    return Curve(variant, _band(samples), kept.len(), by_run.height - kept.len())
+    values = cells["steps"].to_numpy().reshape(-1, n_episodes).cumsum(axis=1)
+    return _Samples(kept.to_numpy(), values, by_run.height - kept.len())
 
 
 def _band(samples: FloatArray) -> Band:
