@@ -1,1 +1,8 @@
-"""Figures and the HTML page: a summary in, a picture out."""
+"""Figures and the HTML page: a summary in, a picture out.
+
+To add a figure, write its file with a :class:`~tuckerl.reports.picture.Picture` in it and list that in ``figures.py``.
+"""
+
+from tuckerl.reports.report import write_report
+
+__all__ = ["write_report"]

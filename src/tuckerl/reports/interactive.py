@@ -1,0 +1,78 @@
+"""The curves for plotly.js: the same lines and colours as in the printed figure, with numbers on hover.
+
+The figure is plain JSON: importing plotly's own classes would cost a second and add nothing to it.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from tuckerl.reports.curves import CurveWords, Line, flat, gains, totals
+from tuckerl.reports.looks import PLOTLY_DASHES, Look, looks
+from tuckerl.studies.summary import Summary
+from tuckerl.types import FloatArray
+
+_FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+
+
+def plotly_curves(summary: Summary, words: CurveWords) -> dict[str, Any]:
+    """Return a figure of two panels as in :func:`tuckerl.reports.curves.draw_curves`: ``data`` and ``layout``."""
+    styles = looks(summary.scenario)
+    base = summary.curves[0].variant
+    zero = flat(summary)
+    data: list[dict[str, Any]] = []
+    for lines, axis in ((totals(summary), ""), ([zero, *gains(summary, words)], "2")):
+        for line in lines:
+            data += _traces(line, styles[line.variant], axis)
+    grid = {"gridcolor": "#e6e6e6", "zeroline": False, "ticks": "outside", "separatethousands": True}
+    layout = {
+        "font": {"family": _FONT, "size": 13, "color": "#1a1a1a"},
+        "paper_bgcolor": "#ffffff",
+        "plot_bgcolor": "#ffffff",
+        "height": 720,
+        "margin": {"l": 80, "r": 10, "t": 10, "b": 50},
+        "hovermode": "x unified",
+        "legend": {"orientation": "h", "y": -0.1, "yanchor": "top"},
+        "xaxis": {**grid, "anchor": "y2", "title": {"text": "episodes"}},
+        "yaxis": {**grid, "domain": [0.53, 1], "rangemode": "tozero", "title": {"text": _escaped(words.total)}},
+        "yaxis2": {**grid, "domain": [0, 0.47], "title": {"text": _escaped(words.gain.format(base=base))}},
+    }
+    return {"data": data, "layout": layout}
+
+
+def _traces(line: Line, look: Look, axis: str) -> Iterator[dict[str, Any]]:
+    """Yield a variant's band and its line; the upper panel's line carries the legend for both panels."""
+    episodes = list(range(1, line.band.mean.size + 1))
+    shared = {"xaxis": "x", "yaxis": f"y{axis}", "legendgroup": line.variant, "type": "scatter", "mode": "lines"}
+    yield shared | {
+        "x": episodes + episodes[::-1],
+        "y": _numbers(line.band.high) + _numbers(line.band.low)[::-1],
+        "fill": "toself",
+        "fillcolor": _transparent(look.colour),
+        "line": {"width": 0},
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
+    yield shared | {
+        "x": episodes,
+        "y": _numbers(line.band.mean),
+        "name": _escaped(line.variant),
+        "line": {"color": look.colour, "dash": PLOTLY_DASHES[look.dash], "width": look.width * 1.2},
+        "hovertemplate": "%{y:,.0f}",
+        "showlegend": not axis,
+    }
+
+
+def _numbers(values: FloatArray) -> list[float | None]:
+    return [round(float(value), 3) if np.isfinite(value) else None for value in values]
+
+
+def _transparent(colour: str) -> str:
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({red}, {green}, {blue}, 0.18)"
+
+
+def _escaped(text: str) -> str:
+    # plotly.js reads a little HTML in names and titles.
+    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")

@@ -1,0 +1,197 @@
+"""The report's page: what the template shows, worked out and formatted."""
+
+import math
+import platform
+import re
+from collections.abc import Sequence
+from importlib.metadata import version
+from importlib.resources import files
+from typing import Any, NamedTuple
+
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+
+from tuckerl._version import __version__
+from tuckerl.reports import wording
+from tuckerl.reports.picture import Picture
+from tuckerl.studies.claims import Claim
+from tuckerl.studies.paper import SCENARIOS
+from tuckerl.studies.statistics import CONFIDENCE, N_RESAMPLES, Difference
+from tuckerl.studies.study import Scenario, Study, Variant
+from tuckerl.studies.summary import Curve, Summary
+
+_LIBRARIES = ("numpy", "scipy", "numba", "polars", "matplotlib", "plotly")
+_VERDICTS = ("holds", "does not hold", "not decided")
+
+
+class Shown(NamedTuple):
+    """A picture as drawn for a summary."""
+
+    picture: Picture
+    summary: Summary
+    svg: str
+
+
+def render_page(study: Study, claims: Sequence[Claim], summaries: Sequence[Summary], shown: Sequence[Shown]) -> str:
+    """Return the page, with everything it needs inside it."""
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
+    template = environment.from_string(files("tuckerl.reports").joinpath("template.html").read_text(encoding="utf-8"))
+    scenarios = [_scenario(study, summary, [s for s in shown if s.summary is summary]) for summary in summaries]
+    interactive = any(figure["plotly"] for scenario in scenarios for figure in scenario["figures"])
+    return template.render(
+        claims=[_claim(study, claim) for claim in claims],
+        outcome=outcome(claims),
+        scenarios=scenarios,
+        seed=study.seed,
+        versions=_versions(),
+        plotly_js=_plotly_js() if interactive else "",
+        confidence=round(100 * CONFIDENCE),
+        resamples=N_RESAMPLES,
+    )
+
+
+def outcome(claims: Sequence[Claim]) -> str:
+    """Return what became of all claims in two sentences."""
+    counts = [(sum(claim.verdict == verdict for claim in claims), verdict) for verdict in _VERDICTS]
+    parts = [f"{count} {_conjugated(verdict, count)}" for count, verdict in counts if count]
+    compared = [claim for claim in claims if not math.isnan(claim.control.mean)]
+    text = f"Of {wording.counted(len(claims), 'claim')}, {', '.join(parts)}." if claims else "No claim was tested."
+    if not compared:
+        return text
+    better = sum(claim.control.low > 0 for claim in compared)
+    return (
+        f"{text} Of the {len(compared)} that compare two learners, {better} also {_conjugated('does', better)} better "
+        "than the constant control, which has the same smaller learning rate without the tensor."
+    )
+
+
+def command(study: Study, scenario: Scenario) -> str:
+    """Return the command line that runs a scenario of the study again."""
+    paper = SCENARIOS.get(scenario.name)
+    quick = " --quick" if paper is not None and scenario.n_instances != paper.n_instances else ""
+    return (
+        f"tuckerl reproduce {scenario.name}{quick} --runs {scenario.n_runs} --episodes {scenario.n_episodes} "
+        f"--seed {study.seed}"
+    )
+
+
+def inlined(svg: str, name: str, alt: str) -> Markup:
+    """Return matplotlib's SVG as an element of the page: named for screen readers, its ids its own."""
+    box = re.search(r'viewBox="([^"]+)"', svg)
+    body = svg[svg.index('<g id="figure_1">') : svg.rindex("</svg>")]
+    body = re.sub(r"<!--.*?-->", "", body, flags=re.DOTALL)
+    body = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{name}-", body)
+    opening = Markup('<svg viewBox="{}" role="img" aria-label="{}">').format(box[1] if box else "", alt)
+    return opening + Markup(body) + Markup("</svg>")  # noqa: S704  # matplotlib's own output, its text turned to shapes
+
+
+def _conjugated(verb: str, count: int) -> str:
+    singular = {"holds": "hold", "does": "do", "does not hold": "do not hold"}
+    if verb == "not decided":
+        return "is not decided" if count == 1 else "are not decided"
+    return verb if count == 1 else singular[verb]
+
+
+def _claim(study: Study, claim: Claim) -> dict[str, Any]:
+    scenario = next((s for s in study.scenarios if s.name == claim.scenario), None)
+    comparisons = scenario.comparisons if scenario else ()
+    comparison = next((c for c in comparisons if c.id == claim.id), None)
+    compared = not math.isnan(claim.difference.mean)
+    return {
+        "id": claim.id,
+        "claim": claim.claim,
+        "verdict": claim.verdict,
+        "mark": claim.verdict.replace(" ", "-"),
+        "reading": wording.reading(claim, comparison, scenario),
+        "difference": _difference(claim.difference),
+        "control": _difference(claim.control),
+        "runs": f"{claim.runs:,}",
+        "diverged": _diverged(claim) if compared or claim.difference.n_diverged else wording.NOTHING,
+        "detail": claim.detail,
+    }
+
+
+def _diverged(claim: Claim) -> str:
+    own, control = claim.difference.n_diverged, claim.control.n_diverged
+    return f"{own:,}" if own == control else f"{own:,} (control: {control:,})"
+
+
+def _difference(difference: Difference) -> dict[str, str]:
+    return {"mean": wording.percent(difference), "interval": wording.percent_interval(difference)}
+
+
+def _scenario(study: Study, summary: Summary, shown: Sequence[Shown]) -> dict[str, Any]:
+    scenario = summary.scenario
+    curves = {curve.variant: curve for curve in summary.curves}
+    return {
+        "name": scenario.name,
+        "title": scenario.title,
+        "n_instances": scenario.n_instances,
+        "n_runs": scenario.n_runs,
+        "n_episodes": scenario.n_episodes,
+        "base": scenario.variants[0].name,
+        "settings": _settings(scenario),
+        "variants": [_variant(variant, curves.get(variant.name), summary) for variant in scenario.variants],
+        "figures": [_figure(one) for one in shown],
+        "assumptions": scenario.assumptions,
+        "command": command(study, scenario),
+    }
+
+
+def _variant(variant: Variant, curve: Curve | None, summary: Summary) -> dict[str, Any]:
+    nothing = [math.nan] * 3
+    total = nothing if curve is None else [float(values[-1]) for values in curve.band]
+    against = nothing if curve is None else [float(values[-1]) for values in curve.against_base]
+    is_base = variant.name == summary.scenario.variants[0].name
+    return {
+        "name": variant.name,
+        "described": wording.described(variant),
+        "agents": variant.n_agents,
+        "shortest": wording.tenths(_known(summary.shortest_episodes.get(variant.name))),
+        "total": wording.whole(total[0]),
+        "total_interval": wording.interval(total[1], total[2]),
+        "against": wording.NOTHING if is_base else wording.whole(against[0]),
+        "against_interval": "" if is_base else wording.interval(against[1], against[2]),
+        "seconds": wording.seconds(_known(summary.seconds.get(variant.name))),
+        "runs": f"{curve.n_runs:,}" if curve else "0",
+        "diverged": f"{curve.n_diverged:,}" if curve else "0",
+    }
+
+
+def _known(value: float | None) -> float:
+    # A variant all of whose runs diverged at once has no shortest episode.
+    return math.nan if value is None else value
+
+
+def _settings(scenario: Scenario) -> str:
+    """Return the learner's and the tensor step's parameters as in the first variants that have them."""
+    parameters = [f"{name} {value}" for name, value in scenario.variants[0].parameters.items()]
+    step = next((variant.tensor_step for variant in scenario.variants if variant.tensor_step), None)
+    if step is not None:
+        parameters.append(f"tensor step every {step.every} episodes with ranks {step.ranks}")
+    return ", ".join(parameters)
+
+
+def _figure(one: Shown) -> dict[str, Any]:
+    picture, summary = one.picture, one.summary
+    return {
+        "name": picture.name,
+        "title": picture.title,
+        "caption": picture.caption(summary),
+        "svg": inlined(one.svg, picture.name, picture.alt(summary)),
+        "plotly": picture.interactive(summary) if picture.interactive else None,
+    }
+
+
+def _versions() -> list[tuple[str, str]]:
+    python = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
+    return [("tuckerl", __version__), ("Python", python), *((name, version(name)) for name in _LIBRARIES)]
+
+
+def _plotly_js() -> Markup:
+    # Imported here: only a page with interactive figures pays for it.
+    from plotly.offline import get_plotlyjs
+
+    return Markup(get_plotlyjs())  # noqa: S704  # a script of the installed package; it holds no </script
