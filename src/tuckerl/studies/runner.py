@@ -6,6 +6,7 @@ each; with one worker everything happens in this process, also with one BLAS thr
 
 import multiprocessing
 import signal
+import threading
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -81,11 +82,25 @@ def play_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[t
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(min(workers, len(tasks)), context, _start_worker, (study,))
     try:
-        futures = {pool.submit(_work, task): task for task in tasks}
+        with _interrupts_ignored():  # by the workers, which start here: Ctrl-C is this process's business
+            futures = {pool.submit(_work, task): task for task in tasks}
         for future in as_completed(futures):
             yield futures.pop(future), future.result()
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Ignore Ctrl-C here and in every process that is started meanwhile, for as long as that process lives."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread hears signals, and only it may say what becomes of them
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def play_task(study: Study, task: Task) -> Tables:
@@ -102,7 +117,6 @@ _study: Study | None = None  # of this worker process
 def _start_worker(study: Study) -> None:
     global _study
     _study = study
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's business
     threadpool_limits(1)
 
 
