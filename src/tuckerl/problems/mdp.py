@@ -15,6 +15,7 @@ from tuckerl.errors import ParameterTypeError, ProblemError
 from tuckerl.types import BoolArray, FloatArray, IntArray, StateArray
 
 NO_LIMIT = np.iinfo(np.int64).max
+SUM_TOLERANCE = 1e-8
 
 
 class MDPArrays(NamedTuple):
@@ -78,13 +79,16 @@ class TabularMDP:
         max_episode_steps: int | None = None,
         heuristic: ArrayLike | None = None,
     ) -> None:
-        states, rewards, ends = np.asarray(next_state), np.asarray(reward), np.asarray(terminated)
+        states, rewards, ends = (
+            _array("next_state", next_state),
+            _array("reward", reward),
+            _array("terminated", terminated),
+        )
         _check_outcomes(states, rewards, ends, with_probability=probability is not None)
         self.n_states, self.n_actions = int(states.shape[0]), int(states.shape[1])
         start_state, start_cumulative = _start(start, self.n_states)
-        if max_episode_steps is not None:
-            max_episode_steps = check_int("max_episode_steps", max_episode_steps, 1)
-        self.max_episode_steps = max_episode_steps
+        limit = _limit(max_episode_steps)
+        self.max_episode_steps = None if limit == NO_LIMIT else limit
         self.heuristic = None if heuristic is None else check_heuristic(heuristic, self.n_states)
         kept, offsets, cumulative = _outcomes(states, probability)
         arrays = MDPArrays(
@@ -96,7 +100,7 @@ class TabularMDP:
             start_state=start_state,
             start_cumulative=start_cumulative,
             n_actions=self.n_actions,
-            max_episode_steps=max_episode_steps or NO_LIMIT,
+            max_episode_steps=limit,
         )
         self.arrays = _read_only(arrays)
 
@@ -113,8 +117,7 @@ class TabularMDP:
 
     def with_time_limit(self, max_episode_steps: int | None) -> "TabularMDP":
         """Return the same MDP (sharing its arrays) with another limit on an episode's steps."""
-        limit = NO_LIMIT if max_episode_steps is None else check_int("max_episode_steps", max_episode_steps, 1)
-        arrays = self.arrays._replace(max_episode_steps=limit)
+        arrays = self.arrays._replace(max_episode_steps=_limit(max_episode_steps))
         return TabularMDP.from_arrays(arrays, self.n_states, self.heuristic)
 
     def __repr__(self) -> str:
@@ -132,7 +135,7 @@ def check_heuristic(heuristic: ArrayLike, n_states: int) -> FloatArray:
     ProblemError
         If it has another shape or a value that is not finite.
     """
-    values = np.array(heuristic, dtype=np.float64)
+    values = _numbers("heuristic", heuristic).copy()
     if values.shape != (n_states,) or not np.isfinite(values).all():
         raise ProblemError(
             f"heuristic must be {n_states} finite numbers, one for each state; got an array of shape {values.shape}"
@@ -140,6 +143,27 @@ def check_heuristic(heuristic: ArrayLike, n_states: int) -> FloatArray:
         )
     values.flags.writeable = False
     return values
+
+
+def _array(name: str, values: ArrayLike) -> NDArray[Any]:
+    try:
+        return np.asarray(values)
+    except ValueError as error:  # rows of several lengths
+        raise ProblemError(f"{name} must be one array; {error}") from error
+
+
+def _numbers(name: str, values: ArrayLike) -> FloatArray:
+    array = _array(name, values)
+    if array.dtype.kind not in "iuf":
+        raise ParameterTypeError(f"{name} must hold {_KINDS['iuf']}; got dtype {array.dtype}")
+    return array.astype(np.float64, copy=False)
+
+
+def _limit(max_episode_steps: int | None) -> int:
+    """Return what kernels compare an episode's steps with."""
+    if max_episode_steps is None:
+        return NO_LIMIT
+    return min(check_int("max_episode_steps", max_episode_steps, 1), NO_LIMIT)
 
 
 def _check_outcomes(
@@ -179,12 +203,13 @@ def _outcomes(states: NDArray[Any], probability: ArrayLike | None) -> tuple[Bool
     nothing = np.zeros(0, dtype=np.int64)
     if probability is None:
         return np.ones(states.shape, dtype=np.bool_), nothing, np.zeros(0)
-    p = np.asarray(probability, dtype=np.float64)
+    p = _numbers("probability", probability)
     if p.shape != states.shape:
         raise ProblemError(f"probability must have the shape of next_state, {states.shape}; got {p.shape}")
-    sums = p.sum(axis=2)
-    if not (p >= 0).all() or not np.allclose(sums, 1, rtol=0, atol=1e-8):
-        s, a = np.argwhere((p < 0).any(axis=2) | ~(np.abs(sums - 1) <= 1e-8))[0]
+    possible = (p >= 0) & (p <= 1 + SUM_TOLERANCE)
+    right = possible.all(axis=2) & (np.abs(p.sum(axis=2, where=possible) - 1) <= SUM_TOLERANCE)
+    if not right.all():
+        s, a = np.argwhere(~right)[0]
         raise ProblemError(
             f"each pair's probabilities must be at least 0 and sum to 1; those of (s, a) = ({s}, {a}) are {p[s, a]}"
         )
@@ -197,15 +222,15 @@ def _outcomes(states: NDArray[Any], probability: ArrayLike | None) -> tuple[Bool
 
 
 def _start(start: int | ArrayLike, n_states: int) -> tuple[StateArray, FloatArray]:
-    values = np.asarray(start)
+    values = _array("start", start)
     if values.ndim == 0:
         state = check_int("start", values.item(), 0, n_states - 1)
         return np.array([state], dtype=np.uint32), np.ones(1)
-    p = values.astype(np.float64)
-    if p.shape != (n_states,) or not (p >= 0).all() or not abs(p.sum() - 1) <= 1e-8:
-        raise ProblemError(
-            f"start must be a state or {n_states} probabilities that sum to 1; got shape {p.shape} and sum {p.sum():g}"
-        )
+    p = _numbers("start", values)
+    if p.shape != (n_states,):
+        raise ProblemError(f"start must be a state or {n_states} probabilities, one for each; got shape {p.shape}")
+    if not ((p >= 0) & (p <= 1 + SUM_TOLERANCE)).all() or abs(p.sum() - 1) > SUM_TOLERANCE:
+        raise ProblemError(f"start's probabilities must be at least 0 and sum to 1; got {p}")
     states = np.flatnonzero(p > 0)
     return states.astype(np.uint32), np.cumsum(p[states])
 

@@ -39,32 +39,33 @@ def as_problem(env: Environment) -> TabularMDP:
     if isinstance(env, Maze):
         return env.to_mdp()
     if isinstance(env, str):
-        check_name("environment", env, gymnasium.registry)
-        made = gymnasium.make(env)
-        try:
-            return _lift(made)
-        finally:
-            made.close()
+        if ":" not in env:  # "module:id" imports what registers the id first; Gymnasium sees to it
+            check_name("environment", env, gymnasium.registry)
+        return _lift_and_close(gymnasium.make(env, disable_env_checker=True))
     if isinstance(env, gymnasium.Env):
         return _lift(env)
     if callable(env):
         made = env()
         if not isinstance(made, gymnasium.Env):
             raise ParameterTypeError(f"the callable must make a Gymnasium environment; it made {made!r}")
-        try:
-            return _lift(made)
-        finally:
-            made.close()
+        return _lift_and_close(made)
     raise ParameterTypeError(
         f"env must be a Gymnasium id or environment, a callable that makes one, a TabularMDP or a Maze; got {env!r}"
     )
+
+
+def _lift_and_close(env: GymEnvironment) -> TabularMDP:
+    try:
+        return _lift(env)
+    finally:
+        env.close()
 
 
 def _lift(env: GymEnvironment) -> TabularMDP:
     limits = []
     layer: GymEnvironment = env
     while isinstance(layer, gymnasium.Wrapper):
-        if not isinstance(layer, _TRANSPARENT):
+        if type(layer) not in _TRANSPARENT:  # a subclass may override anything
             raise ProblemError(
                 f"the wrapper {type(layer).__name__} may change what {env.unwrapped} does, so its transitions cannot "
                 "be taken from it: learn on the environment without it"
@@ -77,4 +78,6 @@ def _lift(env: GymEnvironment) -> TabularMDP:
         raise ProblemError(
             f"{layer} does not carry its transitions as an attribute `mdp`: describe it as a tuckerl.TabularMDP"
         )
+    if mdp.max_episode_steps is not None:
+        limits.append(mdp.max_episode_steps)
     return mdp.with_time_limit(min(limits)) if limits else mdp
