@@ -87,7 +87,9 @@ def _draw_line(axes: Axes, band: Band, look: Look, place: int) -> None:
         linestyle=look.dash,
         linewidth=look.width,
         marker=look.marker,
-        markersize=4,
+        markersize=5,
+        markeredgecolor="white",
+        markeredgewidth=0.6,
         markevery=((place * every // 3) % every, every),  # markers of close lines do not cover each other
         zorder=order,
     )

@@ -29,10 +29,10 @@ def _caption(summary: Summary) -> str:
     mazes, runs = counted(summary.scenario.n_instances, "maze"), counted(summary.scenario.n_runs, "run")
     base = summary.curves[0].variant
     return (
-        f"Above: steps, averaged over a variant's agents, summed over {mazes} and cumulated over episodes; mean of {runs}. "
-        f"Below: the same as a difference from {base}, taken run by run, so that more is better. Shaded: pointwise 95 % "
-        "interval of the mean over runs (Student's t). The colour says how many agents there are; controls are dashed "
-        "(constant weights) and dotted (permuted weights)."
+        f"Above: steps, averaged over a variant's agents, summed over {mazes} and cumulated over episodes; mean of"
+        f" {runs}. Below: the same as a difference from {base}, taken run by run, so that more is better. Shaded: "
+        "pointwise 95 % interval of the mean over runs (Student's t). The colour says how many agents there are; "
+        "controls are dashed (constant weights) and dotted (permuted weights)."
     )
 
 

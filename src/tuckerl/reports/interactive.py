@@ -25,18 +25,23 @@ def plotly_curves(summary: Summary, words: CurveWords) -> dict[str, Any]:
     for lines, axis in ((totals(summary), ""), ([zero, *gains(summary, words)], "2")):
         for line in lines:
             data += _traces(line, styles[line.variant], axis)
-    grid = {"gridcolor": "#e6e6e6", "zeroline": False, "ticks": "outside", "separatethousands": True}
+    grid = {"gridcolor": "#e6e6e6", "zeroline": False, "ticks": "outside", "tickformat": ",d", "automargin": True}
     layout = {
         "font": {"family": _FONT, "size": 13, "color": "#1a1a1a"},
         "paper_bgcolor": "#ffffff",
         "plot_bgcolor": "#ffffff",
         "height": 720,
-        "margin": {"l": 80, "r": 10, "t": 10, "b": 50},
+        "margin": {"l": 90, "r": 30, "t": 30, "b": 50},
         "hovermode": "x unified",
         "legend": {"orientation": "h", "y": -0.1, "yanchor": "top"},
-        "xaxis": {**grid, "anchor": "y2", "title": {"text": "episodes"}},
-        "yaxis": {**grid, "domain": [0.53, 1], "rangemode": "tozero", "title": {"text": _escaped(words.total)}},
-        "yaxis2": {**grid, "domain": [0, 0.47], "title": {"text": _escaped(words.gain.format(base=base))}},
+        "xaxis": {
+            **grid,
+            "anchor": "y2",
+            "range": [0, summary.curves[0].band.mean.size],
+            "title": {"text": "episodes"},
+        },
+        "yaxis": {**grid, "domain": [0.53, 1], "rangemode": "tozero", "title": _axis_title(words.total)},
+        "yaxis2": {**grid, "domain": [0, 0.47], "title": _axis_title(words.gain.format(base=base))},
     }
     return {"data": data, "layout": layout}
 
@@ -71,6 +76,11 @@ def _numbers(values: FloatArray) -> list[float | None]:
 def _transparent(colour: str) -> str:
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     return f"rgba({red}, {green}, {blue}, 0.18)"
+
+
+def _axis_title(text: str) -> dict[str, Any]:
+    # The unit goes to a second line: on a narrow screen one line is longer than its panel is high.
+    return {"text": _escaped(text).replace(" (", "<br>("), "font": {"size": 12}, "standoff": 12}
 
 
 def _escaped(text: str) -> str:

@@ -1,7 +1,8 @@
 """How variants look, in every figure alike: told apart by dash and marker as well as by colour.
 
-Colours are Okabe and Ito's, safe for the colour-blind. A colour says how many agents there are and a dash which weights:
-a T-version is solid and bold, a control thin and dashed or dotted in the colour of the T-version that it belongs to.
+Colours are Okabe and Ito's, safe for the colour-blind. A colour says how many agents there are and a dash which
+weights: a T-version is solid and bold, a control thin and dashed or dotted in the colour of the T-version that it
+belongs to.
 """
 
 from typing import NamedTuple

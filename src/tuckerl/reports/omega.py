@@ -46,8 +46,9 @@ def draw_omega_dyna_maze(summary: Summary) -> Figure:
 
 
 def shown_courses(summary: Summary) -> list[WeightCourse]:
-    """Return the courses of the pictured variants."""
-    return [course for course in summary.weights if course.variant in summary.scenario.pictured]
+    """Return the courses of the pictured variants that have any window."""
+    pictured = summary.scenario.pictured
+    return [course for course in summary.weights if course.variant in pictured and course.episode.size]
 
 
 def _draw_course(axes: Axes, course: WeightCourse) -> None:
@@ -60,7 +61,9 @@ def _draw_course(axes: Axes, course: WeightCourse) -> None:
             linestyle=look.dash,
             linewidth=look.width,
             marker=look.marker,
-            markersize=2.5 + look.width,
+            markersize=2 + 2 * look.width,
+            markeredgecolor="white",
+            markeredgewidth=0.6,
             clip_on=False,
         )
     n_actions = len(course.bands)
@@ -96,9 +99,10 @@ def _caption(summary: Summary) -> str:
         else ""
     )
     return (
-        f"What the learning rate is multiplied by for each action, as set by the tensor step after each window; mean over "
-        f"{runs} (of all mazes), shaded its pointwise 95 % interval. During the first window every weight is 1. Squares of the "
-        f"weights sum to 1: their root mean square is always that of the constant control, 1/√{n_actions}.{limit}"
+        "What the learning rate is multiplied by for each action, as set by the tensor step after each window; "
+        f"mean over {runs} (of all mazes), shaded its pointwise 95 % interval. During the first window every "
+        "weight is 1. Squares of the weights sum to 1: their root mean square is always that of the constant "
+        f"control, 1/√{n_actions}.{limit}"
     )
 
 

@@ -21,7 +21,11 @@ from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.studies.summary import Curve, Summary
 
 _LIBRARIES = ("numpy", "scipy", "numba", "polars", "matplotlib", "plotly")
-_VERDICTS = ("holds", "does not hold", "not decided")
+_VERDICTS = {
+    "holds": ("holds", "hold"),
+    "does not hold": ("does not hold", "do not hold"),
+    "not decided": ("is not decided", "are not decided"),
+}
 
 
 class Shown(NamedTuple):
@@ -62,8 +66,8 @@ def outcome(claims: Sequence[Claim]) -> str:
         return text
     better = sum(claim.control.low > 0 for claim in compared)
     return (
-        f"{text} Of the {len(compared)} that compare two learners, {better} also {_conjugated('does', better)} better "
-        "than the constant control, which has the same smaller learning rate without the tensor."
+        f"{text} In {better} of {wording.counted(len(compared), 'comparison')} the whole interval of the difference "
+        "from the constant control, which lowers the learning rate as much without the tensor, is above 0."
     )
 
 
@@ -87,11 +91,9 @@ def inlined(svg: str, name: str, alt: str) -> Markup:
     return opening + Markup(body) + Markup("</svg>")  # noqa: S704  # matplotlib's own output, its text turned to shapes
 
 
-def _conjugated(verb: str, count: int) -> str:
-    singular = {"holds": "hold", "does": "do", "does not hold": "do not hold"}
-    if verb == "not decided":
-        return "is not decided" if count == 1 else "are not decided"
-    return verb if count == 1 else singular[verb]
+def _conjugated(verdict: str, count: int) -> str:
+    one, many = _VERDICTS[verdict]
+    return one if count == 1 else many
 
 
 def _claim(study: Study, claim: Claim) -> dict[str, Any]:
@@ -107,7 +109,7 @@ def _claim(study: Study, claim: Claim) -> dict[str, Any]:
         "reading": wording.reading(claim, comparison, scenario),
         "difference": _difference(claim.difference),
         "control": _difference(claim.control),
-        "runs": f"{claim.runs:,}",
+        "runs": f"{claim.runs:,}" if compared else wording.counted(claim.runs, "run"),
         "diverged": _diverged(claim) if compared or claim.difference.n_diverged else wording.NOTHING,
         "detail": claim.detail,
     }

@@ -47,7 +47,7 @@ def write_report(study: Study, claims: Sequence[Claim], summaries: Sequence[Summ
                 write_whole(figures / f"{picture.name}.png", drawn.png)
                 shown.append(Shown(picture, summary, drawn.svg.decode()))
     lines = [claim.as_json() for claim in claims]
-    write_whole(folder / "claims.json", (json.dumps(lines, indent=2) + "\n").encode())
+    write_whole(folder / "claims.json", (json.dumps(lines, indent=2, allow_nan=False) + "\n").encode())
     page = folder / "report.html"
     write_whole(page, render_page(study, claims, summaries, shown).encode())
     return page

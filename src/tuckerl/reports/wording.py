@@ -56,33 +56,48 @@ def reading(claim: Claim, comparison: Comparison | None, scenario: Scenario | No
         return ""
     agents = {variant.name: variant.n_agents for variant in scenario.variants}
     several = agents.get(comparison.candidate, 1) > 1
-    cause = "the smaller learning rate and the sharing among agents" if several else "the smaller learning rate"
-    first = {
-        "holds": "The whole interval is on the claim's side.",
-        "does not hold": "The claim does not hold: the whole interval is on the other side.",
-    }.get(claim.verdict, "These runs do not decide: the interval covers 0 or cannot be told.")
-    control = claim.control
+    if claim.verdict == "holds":
+        return _reading_of_gain(claim.control, several)
+    first = "The opposite is the case: the whole interval lies below 0."
+    if claim.verdict == "not decided":
+        missing = math.isnan(claim.difference.low)
+        first = "Too few pairs for an interval." if missing else "The interval covers 0: these runs decide nothing."
+    return f"{first} {_against_control(claim.control)}."
+
+
+def _reading_of_gain(control: Difference, several: bool) -> str:
+    """Say whether a gain over the base is one over the control too.
+
+    With several agents the control shares among them as the candidate does, so that it accounts for that as well.
+    """
+    against = _against_control(control)
     if math.isnan(control.low) or math.isnan(control.high):
-        return f"{first} The comparison with the control has no interval."
+        return f"{against}."
+    causes, s = ("the smaller learning rate and the sharing", "") if several else ("the smaller learning rate", "s")
     if control.low > 0:
-        second = f"Against the control it is better too: {cause} alone does not explain it."
-        return f"{first} {second}" if claim.verdict == "holds" else f"{first} It is better than the control, though."
-    side = "No better than the control" if control.high >= 0 else "Worse than the control"
-    explained = (
-        f": the gain is explained by {cause}, without the tensor's weights." if claim.verdict == "holds" else "."
-    )
-    return f"{first} {side}{explained}"
+        return f"{against}: {causes} alone do{'es' if s else ''} not explain it."
+    if control.high < 0:
+        return f"{against}: {causes} explain{s} the gain, and the tensor's weights lessen it."
+    return f"{against}: {causes} explain{s} the gain, as far as these runs can tell."
+
+
+def _against_control(control: Difference) -> str:
+    if math.isnan(control.low) or math.isnan(control.high):
+        return "Too few pairs to compare it with the control"
+    if control.low > 0:
+        return "Better than the control"
+    return "Worse than the control" if control.high < 0 else "No better than the control"
 
 
 def described(variant: Variant) -> str:
     """Return what a variant is."""
     step = variant.tensor_step
     if step is None:
-        return "the algorithm without the tensor step"
+        return "without the tensor step"
     weights = {
         "paper": "tensor step as printed",
-        "constant": "control: every weight 1/√|A|",
-        "permuted": "control: the paper's weights dealt to random actions",
+        "constant": "control: constant weights",
+        "permuted": "control: permuted weights",
     }.get(str(step.weights), f"weights: {step.weights if isinstance(step.weights, str) else 'own function'}")
     share = step.share if isinstance(step.share, str) else "own function"
     if variant.n_agents == 1:

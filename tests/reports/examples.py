@@ -1,0 +1,105 @@
+"""Small summaries made by hand: what a figure or a page shows of them is known."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import polars as pl
+
+from tuckerl.problems.maze import Maze, sutton_maze
+from tuckerl.studies.claims import Claim
+from tuckerl.studies.dyna_maze import DYNA_MAZE
+from tuckerl.studies.runner import SCHEMAS, Tables
+from tuckerl.studies.statistics import Band, Difference
+from tuckerl.studies.study import Scenario, Study
+from tuckerl.studies.summary import Curve, Path, Summary, WeightCourse
+from tuckerl.types import FloatArray
+
+N_EPISODES = 20
+NO_DIFFERENCE = Difference(math.nan, math.nan, math.nan, 0, 0)
+
+
+def sutton(_: int) -> Maze:
+    return sutton_maze()
+
+
+SCENARIO = replace(DYNA_MAZE, problem=sutton, n_instances=1, n_runs=3, n_episodes=N_EPISODES)
+
+
+def study_of(scenario: Scenario = SCENARIO) -> Study:
+    return Study((scenario,), seed=5)
+
+
+def band(mean: FloatArray, half: float = 1.0) -> Band:
+    return Band(mean, mean - half, mean + half)
+
+
+def summary_of(scenario: Scenario = SCENARIO, n_episodes: int = N_EPISODES) -> Summary:
+    """Variant number i costs 100 - i steps in every episode."""
+    names = [variant.name for variant in scenario.variants]
+    episodes = np.arange(1.0, n_episodes + 1)
+    curves = tuple(
+        Curve(name, band((100 - i) * episodes), band(-i * episodes, i), 3, 0) for i, name in enumerate(names)
+    )
+    windows = np.arange(10, n_episodes + 1, 10)
+    levels = (0.5, 0.4, 0.6, 0.48)
+    weights = tuple(
+        WeightCourse(name, windows, tuple(band(np.full(windows.size, level), 0.01) for level in levels))
+        for name in names[1:]
+    )
+    maze = sutton_maze()
+    states = np.array([maze.state(cell) for cell in maze.shortest_path()])
+    paths = tuple(Path(name, np.insert(states, 0, states[0])) for name in scenario.pictured)
+    return Summary(scenario, curves, weights, paths, dict.fromkeys(names, 15.0), dict.fromkeys(names, 0.012))
+
+
+def nothing_of(scenario: Scenario = SCENARIO) -> Summary:
+    """Every run diverged before its first episode ended."""
+    none = np.full(N_EPISODES, np.nan)
+    lost = Band(none, none, none)
+    names = [variant.name for variant in scenario.variants]
+    curves = tuple(Curve(name, lost, lost, 0, 3) for name in names)
+    paths = tuple(Path(name, np.zeros(0, dtype=np.int64)) for name in scenario.pictured)
+    return Summary(scenario, curves, (), paths, {}, {})
+
+
+def claim(
+    verdict: str = "holds",
+    difference: tuple[float, float, float] = (0.1, 0.05, 0.15),
+    control: tuple[float, float, float] = (0.02, -0.01, 0.05),
+    claim_id: str = "C5",
+    n_diverged: int = 0,
+) -> Claim:
+    return Claim(
+        claim_id,
+        f"the claim number {claim_id}",
+        SCENARIO.name,
+        verdict,
+        Difference(*difference, 3, n_diverged),
+        Difference(*control, 3, n_diverged),
+        3,
+        "dyna-ht-1 against dyna-h; control constant-1",
+    )
+
+
+def weights_claim(verdict: str = "holds") -> Claim:
+    return Claim("C9", "omega is in (0, 1]", "all", verdict, NO_DIFFERENCE, NO_DIFFERENCE, 12, "96 weights")
+
+
+def tables_of(scenario: Scenario = SCENARIO) -> Tables:
+    """Tables as a study leaves them; run 2 of dyna-ht-1 diverged in its sixth episode."""
+    rng = np.random.default_rng(0)
+    runs, times = [], []
+    for variant in scenario.variants:
+        for run in range(scenario.n_runs):
+            key = {"scenario": scenario.name, "variant": variant.name, "instance": 0, "run": run}
+            times.append(key | {"agents": variant.n_agents, "seconds": 0.01})
+            for agent in range(variant.n_agents):
+                for episode in range(scenario.n_episodes):
+                    lost = (variant.name, run) == ("dyna-ht-1", 2) and episode >= 5
+                    steps = None if lost else int(rng.integers(14, 40))
+                    reward = None if steps is None else 1.0 - steps
+                    row = {"agent": agent, "episode": episode, "steps": steps, "return": reward, "diverged": lost}
+                    runs.append(key | row)
+    rows = {"runs": runs, "weights": [], "paths": [], "times": times}
+    return Tables(**{name: pl.DataFrame(rows[name], schema=schema) for name, schema in SCHEMAS.items()})

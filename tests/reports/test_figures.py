@@ -1,0 +1,148 @@
+from dataclasses import replace
+from itertools import pairwise
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from tests.reports.examples import N_EPISODES, SCENARIO, nothing_of, summary_of
+from tuckerl.errors import ProblemError
+from tuckerl.problems.maze import sutton_maze
+from tuckerl.reports.fig10 import draw_fig10
+from tuckerl.reports.fig11 import draw_fig11
+from tuckerl.reports.figures import PICTURES
+from tuckerl.reports.looks import EndLabel, label_ends, looks
+from tuckerl.reports.omega import draw_omega_dyna_maze
+from tuckerl.reports.picture import Picture, own_style, render
+from tuckerl.studies.dyna_maze import FAMILY
+from tuckerl.studies.study import variant
+
+
+def line_data(figure: Figure, panel: int, place: int) -> tuple[list[float], list[float]]:
+    x, y = figure.axes[panel].lines[place].get_data()
+    return np.asarray(x).tolist(), np.asarray(y).tolist()
+
+
+def test_fig10_draws_the_paths_of_the_summary_and_the_shortest_one() -> None:
+    summary, maze = summary_of(), sutton_maze()
+    figure = draw_fig10(summary)
+    assert len(figure.axes) == 4
+    for panel, path in enumerate(summary.paths):
+        cells = [maze.cell(state) for state in path.states]
+        assert line_data(figure, panel, 0) == ([c for _, c in cells], [r for r, _ in cells])
+    shortest = maze.shortest_path()
+    assert line_data(figure, 3, 0) == ([c for _, c in shortest], [r for r, _ in shortest])
+
+
+def test_fig10_says_the_steps_found_and_those_of_the_paper() -> None:
+    figure = draw_fig10(summary_of())
+    words = [axes.texts[0].get_text() for axes in figure.axes]
+    assert words == ["15 steps (paper: 90)", "15 steps (paper: 83)", "15 steps (paper: 59)", "14 steps"]
+    assert [axes.get_title(loc="left") for axes in figure.axes] == [*SCENARIO.pictured, "shortest possible"]
+
+
+def test_fig10_shows_the_walls_where_they_are_and_row_0_at_the_top() -> None:
+    figure = draw_fig10(summary_of())
+    squares = figure.axes[0].collections[0].get_paths()
+    centres = {tuple(np.asarray(square.vertices)[:4].mean(axis=0)) for square in squares}
+    assert centres == {(column, row) for row, column in np.argwhere(sutton_maze().walls).tolist()}
+    bottom, top = figure.axes[0].get_ylim()
+    assert bottom > top
+
+
+def test_fig10_says_when_a_path_misses_the_goal() -> None:
+    summary = summary_of()
+    cut = summary.paths[0]._replace(states=summary.paths[0].states[:-1])
+    figure = draw_fig10(summary._replace(paths=(cut,)))
+    assert figure.axes[0].texts[0].get_text() == "14 steps, goal not reached (paper: 90)"
+
+
+def test_fig10_needs_a_maze() -> None:
+    summary = summary_of()
+    scenario = replace(SCENARIO, problem=lambda _: sutton_maze().to_mdp())
+    with pytest.raises(ProblemError, match="only paths in a Maze"):
+        draw_fig10(summary._replace(scenario=scenario))
+
+
+def test_fig11_shows_totals_above_and_gains_below() -> None:
+    summary = summary_of()
+    figure = draw_fig11(summary)
+    upper, lower = figure.axes
+    assert upper.get_ylabel() == "cumulative cost (steps in 1 maze)"
+    assert lower.get_ylabel() == "steps saved against dyna-h"
+    assert lower.get_xlabel() == "episodes"
+    episodes = list(range(1, N_EPISODES + 1))
+    for place, curve in enumerate(summary.curves):
+        assert line_data(figure, 0, place) == (episodes, curve.band.mean.tolist())
+    for place, curve in enumerate(summary.curves[1:]):
+        assert line_data(figure, 1, place) == (episodes, (-curve.against_base.mean).tolist())
+    names = {variant.name for variant in SCENARIO.variants}
+    assert {text.get_text() for text in upper.texts} == names
+    assert {text.get_text() for text in lower.texts} == names
+
+
+def test_fig11_turns_bands_with_their_lines() -> None:
+    summary = summary_of()
+    band_of_last = np.asarray(draw_fig11(summary).axes[1].collections[-1].get_paths()[0].vertices)
+    against = summary.curves[-1].against_base
+    assert band_of_last[:, 1].min() == (-against.high).min()
+    assert band_of_last[:, 1].max() == (-against.low).max()
+
+
+def test_omega_shows_each_action_of_the_pictured_variants_and_the_control() -> None:
+    summary = summary_of()
+    figure = draw_omega_dyna_maze(summary)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["dyna-ht-1", "dyna-ht-3"]
+    for panel in range(2):
+        for action, level in enumerate((0.5, 0.4, 0.6, 0.48)):
+            assert line_data(figure, panel, action) == ([10, 20], [level, level])
+        assert line_data(figure, panel, 4)[1] == [0.5, 0.5]
+        texts = [text.get_text() for text in figure.axes[panel].texts]
+        assert texts == ["constant control, 1/√4 = 0.5", "down", "right", "up", "left"]
+
+
+@pytest.mark.parametrize("picture", PICTURES, ids=lambda picture: picture.name)
+def test_files_are_the_same_bytes_whatever_the_users_settings(picture: Picture) -> None:
+    first = render(picture, summary_of())
+    with mpl.rc_context({"lines.linewidth": 9, "svg.hashsalt": "other", "font.size": 20}):
+        second = render(picture, summary_of())
+        assert mpl.rcParams["font.size"] == 20
+    assert first == second
+    assert first.png.startswith(b"\x89PNG")
+    assert b"<date>" not in first.svg.lower().replace(b"dc:", b"")
+
+
+@pytest.mark.parametrize("picture", PICTURES, ids=lambda picture: picture.name)
+@pytest.mark.parametrize("summary", [nothing_of(), summary_of(n_episodes=1), summary_of(n_episodes=10)])
+def test_little_or_nothing_can_be_drawn(picture: Picture, summary: object) -> None:
+    assert render(picture, summary).svg  # type: ignore[arg-type]  # parametrised values are objects to mypy
+    assert picture.caption(summary)  # type: ignore[arg-type]
+    assert picture.alt(summary)  # type: ignore[arg-type]
+
+
+def test_letters_are_at_least_8_points() -> None:
+    for picture in PICTURES:
+        with own_style():
+            figure = picture.draw(summary_of())
+            texts = [text for axes in figure.axes for text in (*axes.texts, axes.xaxis.label, *axes.get_xticklabels())]
+            assert min(float(text.get_fontsize()) for text in texts) >= 8
+
+
+def test_every_variant_looks_different() -> None:
+    names = ["dyna-h", "dyna-ht-1", "dyna-ht-3", "dyna-ht-3-min", "constant-1", "constant-3-max", "constant-3-min"]
+    names += ["permuted-1", "relative-1", "dyna-ht-2", "dyna-ht-4"]
+    chosen = looks(replace(SCENARIO, variants=tuple(variant(FAMILY, name) for name in names)))
+    assert list(chosen) == names
+    assert len(set(chosen.values())) == len(names)
+
+
+def test_labels_of_close_lines_do_not_overlap_and_stay_in_the_panel() -> None:
+    figure = Figure(figsize=(4, 3))
+    axes = figure.subplots()
+    axes.set_ylim(0, 1)
+    label_ends(axes, [EndLabel(str(i), 1.0 - 0.001 * i, "black") for i in range(6)])
+    boxes = [text.get_window_extent() for text in axes.texts]
+    assert [text.get_text() for text in axes.texts] == ["5", "4", "3", "2", "1", "0"]
+    assert all(upper.y0 >= lower.y1 for lower, upper in pairwise(boxes))
+    assert axes.texts[-1].get_position()[1] <= 1.0

@@ -1,0 +1,217 @@
+import json
+import re
+import sys
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from subprocess import run
+
+import plotly.graph_objects as go
+import pytest
+
+from tests.reports.examples import SCENARIO, claim, nothing_of, study_of, summary_of, tables_of, weights_claim
+from tuckerl.errors import OutputError
+from tuckerl.reports import write_report
+from tuckerl.reports.fig11 import FIG11
+from tuckerl.reports.page import inlined, render_page
+from tuckerl.studies.summary import summarise
+
+CLAIMS = [claim("holds"), claim("does not hold", claim_id="C3"), claim("not decided", claim_id="C4"), weights_claim()]
+LOADING = {"src", "href", "xlink:href", "action", "data", "poster", "srcset", "background", "formaction"}
+
+
+class Page(HTMLParser):
+    """All attributes and texts of a page."""
+
+    def __init__(self, source: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: list[str] = []
+        # What plotly.js holds is no markup, and a parser written in Python takes seconds for it.
+        self.feed(re.sub("<script>.*?</script>", "<script></script>", source, flags=re.DOTALL))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.texts.append(data)
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("report") / "results"
+    assert write_report(study_of(), CLAIMS, [summary_of()], folder) == folder / "report.html"
+    return folder
+
+
+@pytest.fixture(scope="module")
+def source(folder: Path) -> str:
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(source: str) -> Page:
+    return Page(source)
+
+
+def test_everything_is_written(folder: Path) -> None:
+    names = ["fig10.png", "fig10.svg", "fig11.png", "fig11.svg", "omega-dyna-maze.png", "omega-dyna-maze.svg"]
+    assert sorted(path.name for path in (folder / "figures").iterdir()) == names
+    assert sorted(path.name for path in folder.iterdir()) == ["claims.json", "figures", "report.html"]
+    assert json.loads((folder / "claims.json").read_text()) == [claim.as_json() for claim in CLAIMS]
+
+
+def test_writing_again_gives_the_same_bytes(folder: Path, tmp_path: Path) -> None:
+    write_report(study_of(), CLAIMS, [summary_of()], tmp_path)
+    for path in folder.rglob("*.*"):
+        if path.is_file():
+            assert (tmp_path / path.relative_to(folder)).read_bytes() == path.read_bytes(), path.name
+
+
+def test_nothing_is_loaded(page: Page) -> None:
+    for tag, attributes in page.tags:
+        for name in LOADING & attributes.keys():
+            value = attributes[name] or ""
+            assert value.startswith(("#", "data:")), (tag, name, value)
+        assert "url(" not in re.sub(r"url\(#[\w-]+\)", "", str(attributes)), attributes
+    assert page.all("link") == page.all("iframe") == page.all("img") == []
+    policy = [m["content"] or "" for m in page.all("meta") if m.get("http-equiv") == "Content-Security-Policy"]
+    assert [p.startswith("default-src 'none';") and "http" not in p for p in policy] == [True]
+
+
+def test_styles_load_nothing(source: str) -> None:
+    for style in re.findall(r"<style.*?</style>", source.split("<script>")[0], re.DOTALL):
+        assert "@import" not in style
+        assert "url(" not in style
+
+
+def test_plotly_is_inlined_once_and_nothing_else_is_a_script(page: Page, source: str) -> None:
+    assert page.all("script") == [{}, {}]
+    assert source.count("plotly.js v") == 1
+    assert 'Plotly.newPlot("plot-fig11"' in source
+
+
+def test_ids_are_unique_and_references_lead_somewhere(page: Page) -> None:
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    for _, attributes in page.tags:
+        for name, value in attributes.items():
+            for target in re.findall(r"url\(#([\w-]+)\)", value or ""):
+                assert target in ids
+            if name in ("href", "xlink:href", "aria-labelledby"):
+                assert (value or "").removeprefix("#") in ids
+
+
+def test_claims_verdicts_and_assumptions_are_all_there(page: Page) -> None:
+    texts = [text.strip() for text in page.texts]
+    for one in CLAIMS:
+        assert one.id in texts
+        assert one.claim in texts
+        assert one.detail in texts
+    assert [text for text in texts if text in ("holds", "does not hold", "not decided")].count("does not hold") >= 1
+    for assumption in SCENARIO.assumptions:
+        assert assumption in texts
+    for variant in SCENARIO.variants:
+        assert variant.name in texts
+    assert f"tuckerl reproduce {SCENARIO.name} --quick --runs 3 --episodes 20 --seed 5" in texts
+
+
+def test_claims_come_first(source: str) -> None:
+    assert source.index("<table") < source.index(CLAIMS[0].claim) < source.index('id="reading"')
+
+
+def test_the_page_is_accessible(page: Page) -> None:
+    assert page.all("html") == [{"lang": "en"}]
+    assert all("scope" in attributes for attributes in page.all("th"))
+    assert len(page.all("caption")) == len(page.all("table"))
+    figures = page.all("figure")
+    drawn = [svg for svg in page.all("svg") if svg.get("role") == "img"]
+    assert len(drawn) == len(figures) == 3
+    assert all(svg["aria-label"] for svg in drawn)
+
+
+def test_names_are_escaped() -> None:
+    evil = "<script>alert('&')</script>$x$"
+    first, *others = SCENARIO.variants
+    scenario = replace(
+        SCENARIO, title=evil, variants=(replace(first, name=evil), *others), pictured=(evil,), assumptions=(evil,)
+    )
+    bad = claim()._replace(claim=evil, detail=evil, verdict=evil)
+    page = Page(_render(scenario, [bad]))
+    assert [attributes for attributes in page.all("script") if attributes] == []
+    assert len(page.all("script")) == 2
+    assert page.texts.count(evil) >= 5
+
+
+def _render(scenario: object, claims: list[object]) -> str:
+    from tuckerl.reports.figures import PICTURES
+    from tuckerl.reports.page import Shown
+    from tuckerl.reports.picture import render
+
+    summary = summary_of(scenario)  # type: ignore[arg-type]  # both are given as the tests make them
+    shown = [Shown(picture, summary, render(picture, summary).svg.decode()) for picture in PICTURES]
+    return render_page(study_of(summary.scenario), claims, [summary], shown)  # type: ignore[arg-type]
+
+
+def test_inlined_figures_keep_no_comment_and_escape_their_description() -> None:
+    svg = '<?xml?><svg viewBox="0 0 1 2"><g id="figure_1"><!-- <b> --><use href="#a"/><path id="a"/></g></svg>'
+    assert inlined(svg, "fig", '"<') == (
+        '<svg viewBox="0 0 1 2" role="img" aria-label="&#34;&lt;"><g id="fig-figure_1"><use href="#fig-a"/>'
+        '<path id="fig-a"/></g></svg>'
+    )
+
+
+def test_the_interactive_figure_has_the_numbers_of_the_curves() -> None:
+    assert FIG11.interactive is not None
+    summary = summary_of()
+    spec = FIG11.interactive(summary)
+    figure = go.Figure(spec)  # refuses what plotly.js does not know
+    named = [trace for trace in figure.data if trace.showlegend]
+    assert [trace.name for trace in named] == [curve.variant for curve in summary.curves]
+    for trace, curve in zip(named, summary.curves, strict=True):
+        assert list(trace.y) == curve.band.mean.tolist()
+    lower = [trace for trace in figure.data if trace.yaxis == "y2" and trace.name]
+    for trace, curve in zip(lower[1:], summary.curves[1:], strict=True):
+        assert list(trace.y) == (-curve.against_base.mean).tolist()
+
+
+def test_a_study_that_lost_every_run_has_a_report(tmp_path: Path) -> None:
+    lost = claim("not decided", (float("nan"),) * 3, (float("nan"),) * 3, n_diverged=3)
+    source = write_report(study_of(), [lost], [nothing_of()], tmp_path).read_text(encoding="utf-8")
+    assert "NaN" not in source.split("<script>")[0]
+    assert "no finished episode" in source
+    spec = source[source.rindex("})(") : source.rindex("</script>")]
+    assert "NaN" not in spec
+
+
+def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot make the folder"):
+        write_report(study_of(), [], [], tmp_path / "file")
+
+
+def test_scenarios_without_figures_and_claims_are_reported(tmp_path: Path) -> None:
+    scenario = replace(SCENARIO, name="other", comparisons=())
+    source = write_report(study_of(scenario), [], [summary_of(scenario)], tmp_path).read_text(encoding="utf-8")
+    assert "<script>" not in source
+    assert list((tmp_path / "figures").iterdir()) == []
+
+
+def test_a_run_that_diverged_is_counted(tmp_path: Path) -> None:
+    study = study_of()
+    claims, summaries = summarise(study, tables_of())
+    source = write_report(study, claims, summaries, tmp_path).read_text(encoding="utf-8")
+    assert re.findall(r'<th scope="row">(C\d+)</th>', source) == ["C3", "C4", "C5", "C6", "C9"]
+    row = source[source.index('<th scope="row"><code>dyna-ht-1</code></th>') :]
+    assert re.findall(r'data-label="(?:Runs|Diverged)">(\d+)<', row)[:2] == ["2", "1"]
+    row = source[source.index('<th scope="row">C5</th>') :]
+    assert re.findall(r'data-label="(?:Pairs used|Diverged)">(\d+)<', row)[:2] == ["2", "1"]
+
+
+def test_importing_the_package_imports_no_drawing_library() -> None:
+    code = "import sys, tuckerl.reports; print([m for m in ('matplotlib', 'plotly', 'jinja2') if m in sys.modules])"
+    done = run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

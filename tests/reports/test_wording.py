@@ -1,0 +1,122 @@
+import math
+
+import pytest
+
+from tests.reports.examples import NO_DIFFERENCE, SCENARIO, claim, weights_claim
+from tuckerl.reports import wording
+from tuckerl.reports.page import command, outcome
+from tuckerl.studies.dyna_maze import FAMILY
+from tuckerl.studies.paper import paper_study
+from tuckerl.studies.statistics import Difference
+from tuckerl.studies.study import variant
+
+COMPARISONS = {comparison.id: comparison for comparison in SCENARIO.comparisons}
+
+
+def read(verdict: str, low: float, high: float, claim_id: str = "C5") -> str:
+    return wording.reading(
+        claim(verdict, control=((low + high) / 2, low, high), claim_id=claim_id), COMPARISONS[claim_id], SCENARIO
+    )
+
+
+def test_a_gain_over_the_control_too_is_not_explained_by_the_learning_rate() -> None:
+    assert read("holds", 0.01, 0.2) == "Better than the control: the smaller learning rate alone does not explain it."
+
+
+def test_a_gain_that_the_control_has_as_well_is_explained_by_the_learning_rate() -> None:
+    assert read("holds", -0.01, 0.2) == (
+        "No better than the control: the smaller learning rate explains the gain, as far as these runs can tell."
+    )
+
+
+def test_a_gain_that_is_smaller_than_the_controls_is_explained_by_the_learning_rate() -> None:
+    assert read("holds", -0.2, -0.1) == (
+        "Worse than the control: the smaller learning rate explains the gain, and the tensor's weights lessen it."
+    )
+
+
+def test_the_control_of_several_agents_shares_as_they_do() -> None:
+    assert "the smaller learning rate and the sharing explain the gain" in read("holds", -0.01, 0.2, "C6")
+    assert "the smaller learning rate and the sharing alone do not explain it" in read("holds", 0.01, 0.2, "C6")
+
+
+def test_a_claim_that_fails_is_said_to_fail() -> None:
+    assert read("does not hold", -0.2, -0.1) == (
+        "The opposite is the case: the whole interval lies below 0. Worse than the control."
+    )
+    assert read("not decided", -0.2, 0.1).startswith("The interval covers 0: these runs decide nothing.")
+
+
+def test_one_pair_has_no_interval() -> None:
+    one = claim("not decided", (0.1, math.nan, math.nan), (0.1, math.nan, math.nan))
+    assert wording.reading(one, COMPARISONS["C5"], SCENARIO) == (
+        "Too few pairs for an interval. Too few pairs to compare it with the control."
+    )
+    assert wording.percent_interval(one.difference) == "no interval"
+
+
+def test_a_claim_that_compares_nothing_has_no_reading() -> None:
+    assert wording.reading(weights_claim(), None, SCENARIO) == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (wording.percent(Difference(-0.0516, -0.1, 0.0, 3, 0)), "\N{MINUS SIGN}5.2 %"),
+        (wording.percent(Difference(0.1, -0.1, 0.0, 3, 0)), "+10.0 %"),
+        (wording.percent_interval(Difference(0.1, -0.1, 0.2, 3, 0)), "[\N{MINUS SIGN}10.0, 20.0]"),
+        (wording.percent(NO_DIFFERENCE), wording.NOTHING),
+        (wording.percent_interval(NO_DIFFERENCE), ""),
+        (wording.whole(194090.36), "194,090"),
+        (wording.whole(math.nan), wording.NOTHING),
+        (wording.tenths(106.444), "106.4"),
+        (wording.interval(-5.4, 1000.0), "[\N{MINUS SIGN}5, 1,000]"),
+        (wording.interval(math.nan, math.nan), ""),
+        (wording.seconds(0.0095637), "9.56 ms"),
+        (wording.seconds(12.345), "12.3 s"),
+        (wording.seconds(math.nan), wording.NOTHING),
+        (wording.counted(1, "run"), "1 run"),
+        (wording.counted(1500, "run"), "1,500 runs"),
+    ],
+)
+def test_numbers_are_written_for_people(text: str, expected: str) -> None:
+    assert text == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("dyna-h", "without the tensor step"),
+        ("dyna-ht-1", "tensor step as printed"),
+        ("dyna-ht-3", "tensor step as printed; share: max"),
+        ("constant-3-max", "control: constant weights; share: max"),
+        ("permuted-3", "control: permuted weights; no sharing"),
+        ("relative-1", "weights: relative"),
+    ],
+)
+def test_variants_are_described(name: str, expected: str) -> None:
+    assert wording.described(variant(FAMILY, name)) == expected
+
+
+def test_the_outcome_counts_verdicts_and_wins_over_the_control() -> None:
+    claims = [
+        claim("holds", control=(0.1, 0.05, 0.2)),
+        claim("holds"),
+        claim("does not hold"),
+        claim("not decided"),
+        weights_claim(),
+    ]
+    text = outcome(claims)
+    assert text.startswith("Of 5 claims, 3 hold, 1 does not hold, 1 is not decided. In 1 of 4 comparisons ")
+    assert outcome([]) == "No claim was tested."
+    assert outcome([weights_claim()]) == "Of 1 claim, 1 holds."
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_the_command_makes_the_same_study(quick: bool) -> None:
+    study = paper_study("dyna-maze", runs=7, episodes=30, seed=4, quick=quick)
+    words = command(study, study.scenarios[0]).split()
+    assert words[:3] == ["tuckerl", "reproduce", "dyna-maze"]
+    assert ("--quick" in words) == quick
+    numbers = {name: int(words[words.index(f"--{name}") + 1]) for name in ("runs", "episodes", "seed")}
+    assert paper_study("dyna-maze", quick=quick, **numbers).specification() == study.specification()
