@@ -4,13 +4,14 @@ With epsilon 1 each real action comes from the stream alone, and Dyna-H's planne
 cannot change a trajectory, so it must agree step by step and the tables to 1e-9.
 """
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
 from tests.learners.worlds import corridor, dyna_twin, random_maze, random_mdp, twin
 from tests.reference import tensor_step
+from tests.reference.q_learning import QLearner
 from tuckerl import DynaH, QLearning, TabularMDP, TensorStep
 
 Walk = Literal["trajectory", "restart", "random"]
@@ -21,8 +22,8 @@ PROBLEMS = {
     "stochastic start": random_mdp(3, n_outcomes=2, random_start=True),
     "one action": random_mdp(4, n_actions=1),
     "short limit": random_mdp(5, limit=1),
-    "maze": random_maze(6).to_mdp(max_episode_steps=200),
-    "other maze": random_maze(7, 6, 3).to_mdp(max_episode_steps=150),
+    "maze": random_maze(6).to_mdp(max_episode_steps=80),
+    "other maze": random_maze(7, 6, 3).to_mdp(max_episode_steps=80),
     "corridor": corridor(),
 }
 NUMBERS = [(0.1, 0.95), (1.0, 0.9), (0.3, 0.0), (0.5, 1.0)]
@@ -91,8 +92,8 @@ def test_dyna_h_equals_its_twin_at_the_ends_of_gamma(gamma: float, alpha: float)
 def test_greedy_actions_and_decay_equal_the_twin(ties: Literal["random", "first"]) -> None:
     # Tables of one update by a power of two: no rounding, so greedy actions may be compared as well.
     problem = corridor(6)
-    settings = {"alpha": 0.5, "gamma": 0.5, "epsilon": 0.5, "epsilon_decay": 0.75}
-    learner = QLearning(problem, ties=ties, seed=2, **settings).learn(8)  # type: ignore[arg-type]
+    settings: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "epsilon": 0.5, "epsilon_decay": 0.75}
+    learner = QLearning(problem, ties=ties, seed=2, **settings).learn(8)
     slow = twin(problem, ties=ties, seed=2, **settings)
     assert learner.steps[:, 0].tolist() == [slow.episode(np.ones(2))[0] for _ in range(8)]
     np.testing.assert_array_equal(learner.q[0], slow.q)
@@ -101,24 +102,24 @@ def test_greedy_actions_and_decay_equal_the_twin(ties: Literal["random", "first"
 def _compare_with_step(
     problem: TabularMDP, step: TensorStep, n_agents: int, *, dyna: bool = False, initial_q: float = 0.0
 ) -> None:
-    settings = {"alpha": 0.3, "epsilon": 1.0, "initial_q": initial_q, "seed": 3}
+    settings: dict[str, Any] = {"alpha": 0.3, "epsilon": 1.0, "initial_q": initial_q, "seed": 3}
     if dyna:
         learner: QLearning | DynaH = DynaH(
             problem,
             planning_steps=3,
             n_agents=n_agents,
             tensor_step=step,
-            **settings,  # type: ignore[arg-type]
+            **settings,
         )
-        agents = [dyna_twin(problem, planning_steps=3, agent=j, **settings) for j in range(n_agents)]  # type: ignore[arg-type]
+        agents: list[QLearner] = [dyna_twin(problem, planning_steps=3, agent=j, **settings) for j in range(n_agents)]
     else:
-        learner = QLearning(problem, n_agents=n_agents, tensor_step=step, **settings)  # type: ignore[arg-type]
-        agents = [twin(problem, agent=j, **settings) for j in range(n_agents)]  # type: ignore[arg-type]
+        learner = QLearning(problem, n_agents=n_agents, tensor_step=step, **settings)
+        agents = [twin(problem, agent=j, **settings) for j in range(n_agents)]
     learner.learn(10)
     assert isinstance(step.weights, str)
     assert isinstance(step.share, str)
     steps, windows = tensor_step.play(
-        list(agents),
+        agents,
         10,
         seed=3,
         every=step.every,

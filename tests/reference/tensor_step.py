@@ -1,5 +1,6 @@
 """The tensor step line by line (Figures 5 and 7): the whole MQT tensor, decomposed as it stands."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -36,8 +37,8 @@ def factors_of(MQT: Table, ranks: list[int], tol: float, max_iterations: int) ->
     factors = [leading_vectors(MQT, mode, rank) for mode, rank in enumerate(ranks)]
 
     def fit() -> float:
-        explained = np.linalg.norm(project(MQT, factors)) ** 2 / np.linalg.norm(MQT) ** 2
-        return float(1 - np.sqrt(max(0.0, 1 - explained)))
+        explained = float(np.sum(project(MQT, factors) ** 2) / np.sum(MQT**2))
+        return 1 - math.sqrt(max(0.0, 1 - explained))
 
     now = fit()
     for _ in range(max_iterations):
@@ -54,13 +55,13 @@ def row_norms(matrix: Table) -> Table:
 
 
 def weigh(kind: str, A_p: Table, rng: np.random.Generator) -> Table:
-    paper = row_norms(A_p) / np.sqrt((A_p**2).sum())
+    paper: Table = row_norms(A_p) / np.sqrt((A_p**2).sum())
     if kind == "paper":
         return paper
     if kind == "relative":
         return np.asarray(paper / max(paper))
     if kind == "permuted":
-        return rng.permutation(paper)
+        return np.array(rng.permutation(paper), dtype=np.float64)
     if kind == "constant":
         return np.array([1 / np.sqrt(len(paper))] * len(paper))
     return np.ones(len(paper))

@@ -1,0 +1,126 @@
+"""Learning in pieces equals learning at once, to the last bit, also through a file."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.learners.worlds import corridor, random_maze, random_mdp
+from tuckerl import DynaH, QLearning, TabularMDP, TensorStep
+
+PROBLEM = random_mdp(31, n_states=9, n_outcomes=2, random_start=True)
+STEPS = {
+    "no step": None,
+    "paper": TensorStep(every=10, ranks=(4, 2, 3, 1)),
+    "permuted and random": TensorStep(every=10, ranks=(4, 2, 3, 1), weights="permuted", share="random", floor=0.1),
+    "constant and mean": TensorStep(every=10, ranks=(4, 2, 3, 1), weights="constant", share="mean"),
+    "consensus": TensorStep(every=10, ranks=(4, 2, 3, 1), weights="relative", share="consensus"),
+}
+Made = QLearning | DynaH
+
+
+def assert_same(one: Made, other: Made) -> None:
+    for name in ("q", "steps", "returns", "action_weights"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+    for ours, theirs in zip(one.step_history, other.step_history, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+        assert ours.dtype == theirs.dtype
+    for ours, theirs in zip(one.trajectories, other.trajectories, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    assert one.diverged_at == other.diverged_at
+    assert one.episodes == other.episodes
+    assert repr(one) == repr(other)
+
+
+def make(learner: type[Made], step: TensorStep | None, n_agents: int, problem: TabularMDP = PROBLEM) -> Made:
+    settings: dict[str, Any] = {"alpha": 0.3, "epsilon": 0.4, "epsilon_decay": 0.97, "n_agents": n_agents, "seed": 6}
+    return learner(problem, tensor_step=step, **settings)
+
+
+@pytest.mark.parametrize("pieces", [(10, 10), (3, 4, 13), (19, 1)])
+@pytest.mark.parametrize("n_agents", [1, 3])
+@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("learner", [QLearning, DynaH])
+def test_pieces_equal_the_whole(
+    learner: type[Made], step: str, n_agents: int, pieces: tuple[int, ...], tmp_path: Path
+) -> None:
+    whole = make(learner, STEPS[step], n_agents).learn(20)
+    in_memory = make(learner, STEPS[step], n_agents)
+    through_files = make(learner, STEPS[step], n_agents)
+    for piece in pieces:
+        in_memory.learn(piece)
+        through_files.save(tmp_path / "learner")
+        through_files = learner.load(tmp_path / "learner").learn(piece)
+    assert_same(in_memory, whole)
+    assert_same(through_files, whole)
+
+
+@pytest.mark.parametrize("learner", [QLearning, DynaH])
+def test_fifty_and_fifty_are_a_hundred(learner: type[Made]) -> None:
+    maze = random_maze(2, 6, 6).to_mdp(max_episode_steps=300)
+    step = TensorStep(every=10, ranks=(15, 3, 9, 1))
+    assert_same(make(learner, step, 3, maze).learn(50).learn(50), make(learner, step, 3, maze).learn(100))
+    # Without a step, kernels are called for 100 episodes at a time.
+    assert_same(make(learner, None, 1, maze).learn(70).learn(70), make(learner, None, 1, maze).learn(140))
+
+
+@pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
+@pytest.mark.parametrize("initial_q", [-0.5, np.arange(27.0).reshape(9, 3) / 30])
+def test_first_tables_survive_a_file(initial_q: Any, tmp_path: Path) -> None:
+    def fresh() -> QLearning:
+        return QLearning(
+            random_mdp(32, n_states=9, limit=4), initial_q=initial_q, n_agents=2, seed=1, tensor_step=STEPS["paper"]
+        )
+
+    fresh().learn(14).save(tmp_path / "learner")
+    assert_same(QLearning.load(tmp_path / "learner").learn(16), fresh().learn(30))
+
+
+def test_all_parameters_survive_a_file(tmp_path: Path) -> None:
+    problem = random_mdp(33)
+    learner = DynaH(
+        problem,
+        planning_steps=3,
+        walk="random",
+        heuristic=np.arange(7.0),
+        gamma=0.5,
+        ties="first",
+        seed=np.random.SeedSequence([1, 2**70], spawn_key=(3, 4)),
+    )
+    learner.learn(5).save(tmp_path / "learner")
+    again = DynaH.load(tmp_path / "learner")
+    assert (again.planning_steps, again.gamma, again.ties) == (3, 0.5, "first")
+    assert again._planning[:2] == learner._planning[:2]
+    np.testing.assert_array_equal(again._planning.heuristic, np.arange(7.0))
+    np.testing.assert_array_equal(again.problem.heuristic, problem.heuristic)
+    assert_same(again.learn(5), learner.learn(5))
+
+
+def test_random_predictions_go_on_through_a_file(tmp_path: Path) -> None:
+    learner = QLearning(PROBLEM, epsilon=0.5, seed=1).learn(5)
+    states = np.arange(9)
+    learner.predict(states, deterministic=False)
+    learner.save(tmp_path / "learner")
+    again = QLearning.load(tmp_path / "learner")
+    for _ in range(5):
+        np.testing.assert_array_equal(
+            learner.predict(states, deterministic=False)[0], again.predict(states, deterministic=False)[0]
+        )
+
+
+def test_what_is_handed_out_is_a_copy() -> None:
+    learner = make(QLearning, STEPS["paper"], 2).learn(10)
+    for name in ("q", "steps", "returns", "action_weights"):
+        before = getattr(learner, name)
+        getattr(learner, name)[...] = 99
+        np.testing.assert_array_equal(getattr(learner, name), before)
+    learner.step_history.weights[...] = 99
+    learner.trajectories[0][...] = 99
+    assert learner.step_history.weights.max() <= 1
+    assert learner.trajectories[0].max() < 9
+
+
+def test_trajectories_of_a_problem_without_a_limit() -> None:
+    learner = QLearning(corridor(limit=None), epsilon=1.0, seed=0).learn(3)
+    assert learner.trajectories[0].size == learner.steps[-1, 0] + 1 > 2
