@@ -9,12 +9,15 @@ starts a fresh folder.
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numba
-from numba.core import config
+from numba import types as numba_types
+from numba.core import config as numba_config
+from numba.extending import overload
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
@@ -44,17 +47,71 @@ def _cache_folder() -> str | None:
 
 
 _CACHE_FOLDER = _cache_folder()
+# Without reference counting (_nrt), which takes most of the time where arrays are passed on in NamedTuples.
+_OPTIONS: dict[str, Any] = {
+    "cache": _CACHE_FOLDER is not None,
+    "nogil": True,
+    "_nrt": False,
+    "error_model": "numpy",
+    "forceinline": True,
+}
+
+
+@contextmanager
+def _our_cache_folder() -> Iterator[None]:
+    # Numba reads the folder when caching is switched on; other packages' kernels must not move with ours.
+    config: Any = numba_config
+    before = config.CACHE_DIR
+    config.CACHE_DIR = _CACHE_FOLDER or before
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before
 
 
 def kernel(function: _Function) -> _Function:
     """Compile `function` on its first call for each kind of arguments."""
-    # Numba reads the folder when caching is switched on; other packages' kernels must not move with ours.
-    before = config.CACHE_DIR
-    config.CACHE_DIR = _CACHE_FOLDER or before
-    try:
-        compiled: _Function = numba.njit(
-            cache=_CACHE_FOLDER is not None, nogil=True, _nrt=False, error_model="numpy", forceinline=True
-        )(function)
-    finally:
-        config.CACHE_DIR = before
+    with _our_cache_folder():
+        compiled: _Function = numba.njit(**_OPTIONS)(function)
     return compiled
+
+
+def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
+    """Return a function for kernels to call: the kernel that `kernels` has for the kind of its first argument.
+
+    The choice is made when the caller is compiled, so one body serves all kinds and pays nothing for it.
+    """
+
+    def chosen(world: Any, *others: Any) -> Any:
+        return kernels[type(world)](world, *others)
+
+    def choose(world: Any, *others: Any) -> Callable[..., Any]:
+        compiled = kernels[world.instance_class]
+
+        def call(world: Any, *others: Any) -> Any:
+            return compiled(world, *others)
+
+        return call
+
+    overload(chosen, jit_options={"forceinline": True})(choose)
+    return chosen
+
+
+types: Any = numba_types
+_ARRAY = types.float64[::1]
+_STREAM = types.uint64[::1]
+_SIGNATURES = {
+    "reset": types.void(_ARRAY, _ARRAY, _STREAM),
+    "step": types.Tuple((types.float64, types.boolean))(_ARRAY, _ARRAY, types.int64, _STREAM),
+    "index": types.int64(_ARRAY, _ARRAY),
+}
+
+
+def compiled_function(function: Callable[..., object], role: str) -> Any:
+    """Compile one of a simulator's functions to the fixed signature of its role.
+
+    Kernels take it as data: they are not compiled again for every simulator.
+    """
+    ours = (function.__module__ or "").startswith("tuckerl.")  # others' sources are not in our folder's hash
+    with _our_cache_folder():
+        return numba.cfunc(_SIGNATURES[role], cache=ours and _CACHE_FOLDER is not None)(function)

@@ -68,6 +68,9 @@ def check_int(name: str, value: object, low: int | None = None, high: int | None
     return number
 
 
+_FEW = 12  # names that still make one readable sentence
+
+
 def check_name(kind: str, value: object, known: Iterable[str]) -> str:
     """Return `value` if it is one of the `known` names; otherwise say which one may have been meant.
 
@@ -83,6 +86,9 @@ def check_name(kind: str, value: object, known: Iterable[str]) -> str:
         raise ParameterTypeError(f"{kind} must be one of {', '.join(names)}; got {value!r}")
     if value in names:
         return value
-    close = difflib.get_close_matches(value.lower(), names, n=1)
-    hint = f"did you mean {close[0]!r}?" if close else f"use one of {', '.join(names)}"
+    folded = {name.lower(): name for name in names}
+    close = difflib.get_close_matches(value.lower(), folded, n=1)
+    hint = f"use one of {', '.join(names)}" if len(names) <= _FEW else f"none of the {len(names)} known is close"
+    if close:
+        hint = f"did you mean {folded[close[0]]!r}?"
     raise UnknownNameError(f"unknown {kind} {value!r}: {hint}")

@@ -33,6 +33,10 @@ class MazeError(ProblemError):
     """A maze cannot be made as asked, or has no path from its start to its goal."""
 
 
+class SimulatorError(ProblemError):
+    """A simulator's function returned a state out of range, or a number that is not finite."""
+
+
 class SavedFileError(TuckerlError, ValueError):
     """A file is truncated, damaged, of another kind or of a newer version."""
 
