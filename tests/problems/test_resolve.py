@@ -102,7 +102,7 @@ def test_wrappers_that_may_change_what_happens_are_refused() -> None:
 
 
 def test_an_environment_without_its_transitions_is_refused() -> None:
-    with pytest.raises(ProblemError, match="does not carry its transitions as an attribute `mdp`"):
+    with pytest.raises(ProblemError, match="carries neither its transitions"):
         as_problem("CartPole-v1")
 
 

@@ -115,6 +115,10 @@ class TabularMDP:
         mdp.arrays = _read_only(arrays)
         return mdp
 
+    def world(self) -> MDPArrays:
+        """Return what kernels read; all agents may read the same."""
+        return self.arrays
+
     def with_time_limit(self, max_episode_steps: int | None) -> "TabularMDP":
         """Return the same MDP (sharing its arrays) with another limit on an episode's steps."""
         arrays = self.arrays._replace(max_episode_steps=_limit(max_episode_steps))

@@ -10,31 +10,34 @@ from tuckerl.checks import check_name
 from tuckerl.errors import ParameterTypeError, ProblemError
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.simulator import Simulator
 
 GymEnvironment = gymnasium.Env[Any, Any]
-Environment = str | GymEnvironment | Callable[[], GymEnvironment] | TabularMDP | Maze
+Problem = TabularMDP | Simulator
+Environment = str | GymEnvironment | Callable[[], GymEnvironment] | Problem | Maze
 
 # Wrappers that leave observations, rewards and ends as they are (but for the time limit, which is taken over).
 _TRANSPARENT = (TimeLimit, OrderEnforcing, PassiveEnvChecker)
 
 
-def as_problem(env: Environment) -> TabularMDP:
-    """Return the finite MDP behind `env`.
+def as_problem(env: Environment) -> Problem:
+    """Return what kernels play of `env`.
 
     Parameters
     ----------
     env
-        A :class:`TabularMDP`, a :class:`Maze`, or a Gymnasium environment that carries its own transitions in
-        ``mdp``: by id, as an instance, or as a callable that makes one.
+        A :class:`TabularMDP`, a :class:`Simulator`, a :class:`Maze`, or a Gymnasium environment that carries one
+        of the first two as its attribute ``mdp`` or ``simulator``: by id, as an instance, or as a callable that
+        makes one.
 
     Raises
     ------
     UnknownNameError
         If no environment has this id.
     ProblemError
-        If the environment carries no transitions, or a wrapper changes what it does.
+        If the environment carries neither, or a wrapper changes what it does.
     """
-    if isinstance(env, TabularMDP):
+    if isinstance(env, (TabularMDP, Simulator)):
         return env
     if isinstance(env, Maze):
         return env.to_mdp()
@@ -50,18 +53,19 @@ def as_problem(env: Environment) -> TabularMDP:
             raise ParameterTypeError(f"the callable must make a Gymnasium environment; it made {made!r}")
         return _lift_and_close(made)
     raise ParameterTypeError(
-        f"env must be a Gymnasium id or environment, a callable that makes one, a TabularMDP or a Maze; got {env!r}"
+        f"env must be a Gymnasium id or environment, a callable that makes one, a TabularMDP, "
+        f"a Simulator or a Maze; got {env!r}"
     )
 
 
-def _lift_and_close(env: GymEnvironment) -> TabularMDP:
+def _lift_and_close(env: GymEnvironment) -> Problem:
     try:
         return _lift(env)
     finally:
         env.close()
 
 
-def _lift(env: GymEnvironment) -> TabularMDP:
+def _lift(env: GymEnvironment) -> Problem:
     limits = []
     layer: GymEnvironment = env
     while isinstance(layer, gymnasium.Wrapper):
@@ -73,11 +77,12 @@ def _lift(env: GymEnvironment) -> TabularMDP:
         if isinstance(layer, TimeLimit):
             limits.append(layer._max_episode_steps)
         layer = layer.env
-    mdp = getattr(layer, "mdp", None)
-    if not isinstance(mdp, TabularMDP):
+    problem = getattr(layer, "mdp", None) or getattr(layer, "simulator", None)
+    if not isinstance(problem, (TabularMDP, Simulator)):
         raise ProblemError(
-            f"{layer} does not carry its transitions as an attribute `mdp`: describe it as a tuckerl.TabularMDP"
+            f"{layer} carries neither its transitions as an attribute `mdp` nor compiled functions as `simulator`: "
+            "describe it as a tuckerl.TabularMDP or a tuckerl.Simulator"
         )
-    if mdp.max_episode_steps is not None:
-        limits.append(mdp.max_episode_steps)
-    return mdp.with_time_limit(min(limits)) if limits else mdp
+    if problem.max_episode_steps is not None:
+        limits.append(problem.max_episode_steps)
+    return problem.with_time_limit(min(limits)) if limits else problem

@@ -22,8 +22,7 @@ from threadpoolctl import threadpool_limits
 
 from tuckerl.errors import DivergenceWarning, RankWarning, ZeroWeightWarning
 from tuckerl.learners.learner import Learner
-from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.resolve import Environment, as_problem
+from tuckerl.problems.resolve import Environment, Problem, as_problem
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.types import IntArray
 
@@ -144,11 +143,11 @@ def _warm_up(study: Study) -> None:
 
 
 @lru_cache(maxsize=64)
-def _problem(make: Callable[[int], Environment], instance: int) -> TabularMDP:
+def _problem(make: Callable[[int], Environment], instance: int) -> Problem:
     return as_problem(make(instance))
 
 
-def _play_variant(study: Study, scenario: Scenario, variant: Variant, problem: TabularMDP, task: Task) -> Tables:
+def _play_variant(study: Study, scenario: Scenario, variant: Variant, problem: Problem, task: Task) -> Tables:
     pictured = variant.name in scenario.pictured and (task.instance, task.run) == (0, 0)
     paths: list[IntArray] = []
     before = time.thread_time()
