@@ -8,7 +8,7 @@ from tuckerl import DynaH, QLearning, TensorStep
 from tuckerl.rng import child
 
 PROBLEM = random_mdp(21, n_outcomes=2)
-STEP = TensorStep(every=5, ranks=(3, 2, 2, 2), weights="permuted", share="random")
+STEP = TensorStep(every=5, ranks=(2, 2, 1, 1), weights="permuted", share="random", floor=0.1)
 LEARNERS = [QLearning, DynaH]
 
 

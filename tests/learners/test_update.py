@@ -116,5 +116,5 @@ def test_epsilon_decays_by_episode() -> None:
 
 def test_epsilon_zero_and_first_tie_take_the_lowest_action() -> None:
     learner = QLearning(corridor(limit=7), epsilon=0.0, ties="first", alpha=0.1, seed=0).learn(1)
-    # Left (0) until it has cost more than right: 0 L, then 0 R, ...
-    assert learner.trajectories[0].tolist() == [0, 0, 1, 0, 1, 2, 1, 0]
+    # In 0: left, then right as left has cost 0.1, then both cost 0.1 and left is tried again; in 1: left, then right.
+    assert learner.trajectories[0].tolist() == [0, 0, 1, 0, 0, 1, 2, 1]

@@ -98,7 +98,8 @@ def share_tables(q: FloatArray, mixture: FloatArray, states: IntArray | None) ->
     if np.count_nonzero(mixture) == 1:
         q[:, rows] = q[int(np.argmax(mixture)), rows]
     else:
-        q[:, rows] = np.tensordot(mixture, q[:, rows], axes=1)
+        with np.errstate(over="ignore", invalid="ignore"):  # the end of the next window finds what is not finite
+            q[:, rows] = np.tensordot(mixture, q[:, rows], axes=1)
 
 
 def custom_sharing(function: ShareFunction) -> Sharing:

@@ -152,7 +152,8 @@ class StepRun:
             if not tensor.any():  # nothing was learned yet: everything stays as it is
                 self._remember(episode, weights, None, None)
                 return Outcome(weights, None, finite=True)
-            decomposition = decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
+            with np.errstate(over="ignore"):  # tables near the largest float have a core beyond it, which is not read
+                decomposition = decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
             if decomposition.ranks != self.step.ranks:
                 self._warn(
                     RankWarning,

@@ -147,8 +147,8 @@ def restored_step(header: Header | None, given: TensorStep | None, path: Path) -
         now = getattr(given, name)
         same = callable(now) if value is None else now == (tuple(value) if name == "ranks" else value)
         if not same:
+            before = "a function" if value is None else repr(value)
             raise ParameterError(
-                f"tensor_step must be the one that {path} was saved with: its {name} was "
-                f"{'a function' if value is None else value!r}; got {now!r}"
+                f"tensor_step must be the one that {path} was saved with: its {name} was {before}; got {now!r}"
             )
     return given

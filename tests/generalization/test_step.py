@@ -1,0 +1,65 @@
+"""What a TensorStep takes, and what it refuses."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tuckerl import TensorStep
+from tuckerl.errors import ParameterError, ParameterTypeError, TuckerlError, UnknownNameError
+
+RIGHT: dict[str, Any] = {"every": 10, "ranks": (15, 3, 9, 1)}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "error", "message"),
+    [
+        ({"every": 0}, ParameterError, "every must be a whole number of at least 1; got 0"),
+        ({"every": 2.0}, ParameterTypeError, "every .* got 2.0"),
+        ({"ranks": (1, 2, 3)}, ParameterError, r"ranks must be four whole numbers .* got 3: \(1, 2, 3\)"),
+        ({"ranks": (1, 2, 3, 4, 5)}, ParameterError, "got 5"),
+        ({"ranks": (0, 1, 1, 1)}, ParameterError, "the state rank must be a whole number of at least 1; got 0"),
+        ({"ranks": (1, -1, 1, 1)}, ParameterError, "the action rank .* got -1"),
+        ({"ranks": (1, 1, 1.5, 1)}, ParameterTypeError, "the episode rank .* got 1.5"),
+        ({"ranks": (1, 1, 1, "1")}, ParameterTypeError, "the agent rank .* got '1'"),
+        ({"ranks": 3}, ParameterTypeError, "ranks must be four .* got 3"),
+        ({"ranks": "1234"}, ParameterTypeError, "got '1234'"),
+        ({"weights": "papr"}, UnknownNameError, "unknown weights 'papr': did you mean 'paper'"),
+        ({"weights": "omega"}, UnknownNameError, "use one of constant, none, paper, permuted, relative"),
+        ({"weights": None}, ParameterTypeError, "weights must be one of constant, .* got None"),
+        ({"share": "maxx"}, UnknownNameError, "unknown share 'maxx': did you mean 'max'"),
+        ({"share": 0}, ParameterTypeError, "share must be one of best, .* got 0"),
+        ({"floor": -0.1}, ParameterError, r"floor must be a number in \[0, 1\]; got -0.1"),
+        ({"floor": 1.1}, ParameterError, "floor .* got 1.1"),
+        ({"tol": -1.0}, ParameterError, "tol .* got -1.0"),
+        ({"max_iterations": -1}, ParameterError, "max_iterations .* got -1"),
+    ],
+)
+def test_wrong_parameters(parameters: dict[str, Any], error: type[TuckerlError], message: str) -> None:
+    with pytest.raises(error, match=message):
+        TensorStep(**(RIGHT | parameters))
+
+
+@pytest.mark.parametrize("ranks", [[15, 3, 9, 1], np.array([15, 3, 9, 1])])
+def test_ranks_may_be_any_sequence(ranks: Any) -> None:
+    assert TensorStep(every=np.int64(10), ranks=ranks) == TensorStep(**RIGHT)  # type: ignore[arg-type]
+    assert TensorStep(every=10, ranks=ranks).ranks == (15, 3, 9, 1)
+
+
+@pytest.mark.parametrize(
+    ("weights", "share", "needed"),
+    [
+        ("paper", "none", True),
+        ("constant", "max", True),
+        ("constant", "min", True),
+        ("none", "consensus", True),
+        ("constant", "none", False),
+        ("constant", "best", False),
+        ("none", "mean", False),
+        ("none", "random", False),
+        ("none", lambda context: 0, True),
+        (lambda decomposition: [1.0], "none", True),
+    ],
+)
+def test_tables_are_decomposed_only_where_something_reads_the_factors(weights: Any, share: Any, needed: bool) -> None:
+    assert TensorStep(**RIGHT, weights=weights, share=share).needs_decomposition is needed

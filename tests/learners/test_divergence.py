@@ -1,0 +1,63 @@
+"""A run that leaves the finite numbers stops there and says so."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.learners.worlds import corridor
+from tuckerl import DynaH, QLearning, TabularMDP, TensorStep
+from tuckerl.errors import DivergenceWarning
+
+# It stays where it is for ever, and each step adds 1e307: the value overflows with the 18th.
+RUNAWAY = TabularMDP([[0, 0]], [[1e307, 1e307]], [[False, False]], max_episode_steps=4, heuristic=[0.0])
+SETTINGS: dict[str, Any] = {"alpha": 1.0, "gamma": 1.0, "epsilon": 0.0, "ties": "first", "seed": 0}
+
+
+@pytest.mark.parametrize("step", [None, TensorStep(every=3, ranks=(1, 1, 1, 1), weights="none", share="max")])
+@pytest.mark.parametrize("n_agents", [1, 2])
+def test_learning_stops_where_a_table_overflows(step: TensorStep | None, n_agents: int) -> None:
+    learner = QLearning(RUNAWAY, n_agents=n_agents, tensor_step=step, **SETTINGS)
+    with pytest.warns(DivergenceWarning, match="left the finite numbers in episode 4"):
+        learner.learn(10)
+    assert learner.diverged_at == learner.episodes == 4  # four whole episodes of four steps, the fifth broke
+    assert learner.steps.tolist() == [[4] * n_agents] * 4
+    assert np.isfinite(learner.returns).all()
+    with pytest.warns(DivergenceWarning, match="episode 4"):
+        learner.learn(10)
+    assert learner.steps.shape == (4, n_agents)
+    assert [trajectory.size for trajectory in learner.trajectories] == [0] * n_agents
+
+
+def test_dyna_h_notices_an_overflow_in_planning() -> None:
+    learner = DynaH(RUNAWAY, planning_steps=5, **SETTINGS)
+    with pytest.warns(DivergenceWarning, match="episode 0"):  # each step is six updates
+        learner.learn(2)
+    assert learner.steps.shape == (0, 1)
+
+
+def test_a_run_without_overflow_says_nothing() -> None:
+    assert QLearning(RUNAWAY, **SETTINGS).learn(4).diverged_at is None
+
+
+def test_tables_that_sharing_broke_stop_the_run() -> None:
+    # Mixing beyond the tables, by weights that still sum to 1, doubles them each window.
+    step = TensorStep(every=1, ranks=(1, 1, 1, 1), weights="none", share=lambda context: [1e6, 1 - 1e6])
+    learner = QLearning(corridor(3), n_agents=2, alpha=1.0, epsilon=1.0, seed=1, tensor_step=step)
+    with pytest.warns(DivergenceWarning, match="left the finite numbers"):
+        learner.learn(500)
+    assert learner.diverged_at is not None
+    assert learner.episodes == learner.diverged_at < 500
+
+
+def test_divergence_survives_a_file(tmp_path: Path) -> None:
+    learner = QLearning(RUNAWAY, **SETTINGS)
+    with pytest.warns(DivergenceWarning):
+        learner.learn(10)
+    learner.save(tmp_path / "learner")
+    again = QLearning.load(tmp_path / "learner")
+    assert again.diverged_at == 4
+    with pytest.warns(DivergenceWarning):
+        again.learn(1)
+    assert again.episodes == 4

@@ -1,0 +1,78 @@
+"""Ctrl-C and errors in users' functions leave a learner that can go on as if nothing had been."""
+
+import signal
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.learners.worlds import random_mdp
+from tuckerl import QLearning, TensorStep
+from tuckerl.generalization.sharing import ShareContext
+from tuckerl.learners.episodes import Record
+from tuckerl.learners.interrupts import interrupts_held_back
+
+PROBLEM = random_mdp(41)
+
+
+def _learner(share: Any) -> QLearning:
+    step = TensorStep(every=5, ranks=(2, 2, 2, 1), share=share)
+    return QLearning(PROBLEM, n_agents=3, seed=2, tensor_step=step)
+
+
+class Interrupted(QLearning):
+    """Ctrl-C is pressed once, while the second agent plays."""
+
+    pressed = False
+
+    def _play(self, agent: int, record: Record) -> int:
+        if agent == 1 and not self.pressed:
+            self.pressed = True
+            signal.raise_signal(signal.SIGINT)
+        return super()._play(agent, record)
+
+
+@pytest.mark.parametrize("step", [None, TensorStep(every=5, ranks=(2, 2, 2, 1))])
+def test_ctrl_c_waits_for_whole_windows(step: TensorStep | None) -> None:
+    learner = Interrupted(PROBLEM, n_agents=3, seed=2, tensor_step=step)
+    with pytest.raises(KeyboardInterrupt):
+        learner.learn(250)
+    assert 0 < learner.episodes < 250
+    learner.learn(250 - learner.episodes)
+    whole = QLearning(PROBLEM, n_agents=3, seed=2, tensor_step=step).learn(250)
+    np.testing.assert_array_equal(learner.q, whole.q)
+    np.testing.assert_array_equal(learner.steps, whole.steps)
+
+
+def test_the_handler_is_put_back() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    with interrupts_held_back():
+        assert signal.getsignal(signal.SIGINT) is not before
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_other_threads_learn_too() -> None:
+    learner = QLearning(PROBLEM, seed=1)
+    thread = threading.Thread(target=learner.learn, args=(5,))
+    thread.start()
+    thread.join()
+    np.testing.assert_array_equal(learner.q, QLearning(PROBLEM, seed=1).learn(5).q)
+
+
+def test_a_share_function_that_raises_is_asked_again() -> None:
+    failures = [True, True]
+
+    def fails_twice(context: ShareContext) -> int:
+        if failures:
+            failures.pop()
+            raise ZeroDivisionError
+        return int(np.argmax(context.agent_norms))
+
+    learner = _learner(fails_twice)
+    for _ in range(2):
+        with pytest.raises(ZeroDivisionError):
+            learner.learn(5)
+        assert learner.episodes == 5
+    learner.learn(15)
+    np.testing.assert_array_equal(learner.q, _learner("max").learn(20).q)
