@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from tests.reports.examples import N_EPISODES, SCENARIO, nothing_of, summary_of
 from tuckerl.errors import ProblemError
 from tuckerl.problems.maze import sutton_maze
+from tuckerl.reports.curves import CurveWords, gains
 from tuckerl.reports.fig10 import draw_fig10
 from tuckerl.reports.fig11 import draw_fig11
 from tuckerl.reports.figures import PICTURES
@@ -84,10 +85,19 @@ def test_fig11_shows_totals_above_and_gains_below() -> None:
 
 def test_fig11_turns_bands_with_their_lines() -> None:
     summary = summary_of()
+    for line in gains(summary, CurveWords("total", "gain", sign=-1)):
+        assert (line.band.low < line.band.mean).all()
+        assert (line.band.mean < line.band.high).all()
     band_of_last = np.asarray(draw_fig11(summary).axes[1].collections[-1].get_paths()[0].vertices)
     against = summary.curves[-1].against_base
     assert band_of_last[:, 1].min() == (-against.high).min()
     assert band_of_last[:, 1].max() == (-against.low).max()
+
+
+def test_more_of_a_measure_can_be_better() -> None:
+    summary = summary_of()
+    lines = gains(summary, CurveWords("balanced steps", "gain", sign=1))
+    assert [line.band for line in lines] == [curve.against_base for curve in summary.curves[1:]]
 
 
 def test_omega_shows_each_action_of_the_pictured_variants_and_the_control() -> None:
@@ -105,7 +115,7 @@ def test_omega_shows_each_action_of_the_pictured_variants_and_the_control() -> N
 @pytest.mark.parametrize("picture", PICTURES, ids=lambda picture: picture.name)
 def test_files_are_the_same_bytes_whatever_the_users_settings(picture: Picture) -> None:
     first = render(picture, summary_of())
-    with mpl.rc_context({"lines.linewidth": 9, "svg.hashsalt": "other", "font.size": 20}):
+    with mpl.rc_context({"lines.linewidth": 9, "svg.hashsalt": "other", "font.size": 20, "axes.facecolor": "red"}):
         second = render(picture, summary_of())
         assert mpl.rcParams["font.size"] == 20
     assert first == second

@@ -7,6 +7,7 @@ from pathlib import Path
 from subprocess import run
 
 import plotly.graph_objects as go
+import polars as pl
 import pytest
 
 from tests.reports.examples import SCENARIO, claim, nothing_of, study_of, summary_of, tables_of, weights_claim
@@ -209,6 +210,18 @@ def test_a_run_that_diverged_is_counted(tmp_path: Path) -> None:
     assert re.findall(r'data-label="(?:Runs|Diverged)">(\d+)<', row)[:2] == ["2", "1"]
     row = source[source.index('<th scope="row">C5</th>') :]
     assert re.findall(r'data-label="(?:Pairs used|Diverged)">(\d+)<', row)[:2] == ["2", "1"]
+
+
+def test_a_curve_is_paired_with_the_base_over_the_runs_that_both_finished() -> None:
+    tables = tables_of()
+    curve = summarise(study_of(), tables)[1][0].curves[1]
+    own, base = (
+        tables.runs.filter((pl.col("variant") == name) & (pl.col("run") < 2))["steps"].sum()
+        for name in ("dyna-ht-1", "dyna-h")
+    )
+    assert (curve.variant, curve.n_runs, curve.n_diverged) == ("dyna-ht-1", 2, 1)
+    assert curve.against_base.mean[-1] == pytest.approx((own - base) / 2)
+    assert curve.against_base.low[-1] < curve.against_base.mean[-1] < curve.against_base.high[-1]
 
 
 def test_importing_the_package_imports_no_drawing_library() -> None:
