@@ -88,7 +88,7 @@ def weights_claim(verdict: str = "holds") -> Claim:
 
 def tables_of(scenario: Scenario = SCENARIO) -> Tables:
     """Tables as a study leaves them; run 2 of dyna-ht-1 diverged in its sixth episode."""
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(1)
     runs, times = [], []
     for variant in scenario.variants:
         for run in range(scenario.n_runs):
