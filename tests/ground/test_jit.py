@@ -1,0 +1,76 @@
+"""Compiled code is kept where a change in any source of the package makes it anew."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tuckerl import _jit
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    (tmp_path / "inner").mkdir()
+    (tmp_path / "a.py").write_text("a = 1\n")
+    (tmp_path / "inner" / "b.py").write_text("b = 2\n")
+    return tmp_path
+
+
+def test_the_same_sources_have_the_same_hash(package: Path) -> None:
+    before = _jit._source_hash(package)
+    (package / "notes.txt").write_text("not a source")
+    assert _jit._source_hash(package) == before
+
+
+@pytest.mark.parametrize("change", ["edit", "add", "remove", "rename", "move a line"])
+def test_any_change_of_sources_changes_the_hash(package: Path, change: str) -> None:
+    before = _jit._source_hash(package)
+    if change == "edit":
+        (package / "inner" / "b.py").write_text("b = 3\n")
+    elif change == "add":
+        (package / "c.py").write_text("")
+    elif change == "remove":
+        (package / "a.py").unlink()
+    elif change == "rename":
+        (package / "a.py").rename(package / "z.py")
+    else:
+        (package / "a.py").write_text("")
+        (package / "inner" / "b.py").write_text("a = 1\nb = 2\n")
+    assert _jit._source_hash(package) != before
+
+
+def test_the_cache_folder_follows_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "here"))
+    folder = _jit._cache_folder()
+    assert folder is not None
+    assert Path(folder).parent == tmp_path / "here"
+    assert Path(folder).is_dir()
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))  # where no folder can be made
+    assert _jit._cache_folder() is None
+
+
+PROGRAM = """
+import numba.core.config as config
+before = config.CACHE_DIR
+from tuckerl.rng import below
+import numpy as np
+below(3, np.ones(4, dtype=np.uint64))
+assert config.CACHE_DIR == before, "other packages' kernels must not move with ours"
+print(sum(below.stats.cache_hits.values()))
+"""
+
+
+def test_a_second_process_finds_the_compiled_code(tmp_path: Path) -> None:
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    hits = [
+        subprocess.run(
+            [sys.executable, "-c", PROGRAM], env=environment, capture_output=True, text=True, check=True
+        ).stdout.strip()
+        for _ in range(2)
+    ]
+    assert hits == ["0", "1"]
+    (folder,) = tmp_path.iterdir()
+    assert folder.name.startswith("kernels-")
