@@ -22,8 +22,7 @@ from tuckerl.generalization.step import StepHistory, StepRun, TensorStep, empty_
 from tuckerl.learners import saved
 from tuckerl.learners.episodes import Record, Settings
 from tuckerl.learners.interrupts import interrupts_held_back
-from tuckerl.learners.parameters import LearnerParameters, check_initial_q, check_observation, check_step
-from tuckerl.problems.mdp import TabularMDP
+from tuckerl.learners.parameters import LearnerParameters, check_initial_q, check_observation, check_step, check_tabular
 from tuckerl.problems.resolve import Environment, as_problem
 from tuckerl.rng import child, seed_sequence, stream
 from tuckerl.types import FloatArray, IntArray
@@ -82,7 +81,7 @@ class Learner(ABC):
         self.diverged_at: int | None = None
         """The episode in which a table left the finite numbers; learning stopped before it."""
         self._sequence = seed_sequence(parameters.get("seed"))
-        self.problem: TabularMDP = as_problem(env)
+        self.problem = check_tabular(as_problem(env))
         """The finite MDP that is played."""
         shape = (self.problem.n_states, self.problem.n_actions)
         self._initial_q = check_initial_q(parameters.get("initial_q", 0.0), shape)

@@ -7,9 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tuckerl.checks import check_real
-from tuckerl.errors import ParameterError, ParameterTypeError
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
+from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.resolve import Problem
 from tuckerl.types import FloatArray, Seed
 
 
@@ -25,6 +27,19 @@ class LearnerParameters(TypedDict, total=False):
     n_agents: int
     tensor_step: TensorStep | None
     seed: Seed
+
+
+def check_tabular(problem: Problem) -> TabularMDP:
+    """Return a problem given by tables; simulators have no learner yet.
+
+    Raises
+    ------
+    ProblemError
+        If it is a simulator.
+    """
+    if isinstance(problem, TabularMDP):
+        return problem
+    raise ProblemError(f"learners play tables of transitions only; got {problem}: describe it as a tuckerl.TabularMDP")
 
 
 def check_step(step: object) -> TensorStep | None:
