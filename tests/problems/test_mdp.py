@@ -86,6 +86,16 @@ def test_time_limit_can_be_changed_and_removed() -> None:
         mdp.with_time_limit(0)
 
 
+def test_actions_of_several_agents() -> None:
+    arrays: dict[str, Any] = {"next_state": [[0] * 6], "reward": [[0] * 6], "terminated": [[True] * 6]}
+    assert TabularMDP(**arrays).action_sizes == (6,)
+    mdp = TabularMDP(**arrays, action_sizes=[2, 3])
+    assert mdp.action_sizes == (2, 3)
+    assert mdp.with_time_limit(5).action_sizes == (2, 3)
+    assert TabularMDP.from_arrays(mdp.arrays, 1).action_sizes == (6,)
+    assert TabularMDP.from_arrays(mdp.arrays, 1, None, mdp.action_sizes).action_sizes == (2, 3)
+
+
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [
@@ -112,6 +122,11 @@ def test_time_limit_can_be_changed_and_removed() -> None:
         ({"start": ["a", "b"]}, ParameterTypeError, r"start must hold numbers"),
         ({"max_episode_steps": 0}, ParameterError, r"max_episode_steps must be .* at least 1; got 0"),
         ({"max_episode_steps": 2.0}, ParameterTypeError, r"max_episode_steps must be a whole number"),
+        ({"action_sizes": (2, 2)}, ProblemError, r"must multiply to the number of actions, 2; got \(2, 2\)$"),
+        ({"action_sizes": ()}, ProblemError, r"must multiply to the number of actions, 2; got \(\)$"),
+        ({"action_sizes": (-1, -2)}, ParameterError, r"each of action_sizes must be .* at least 1; got -1"),
+        ({"action_sizes": (2.0,)}, ParameterTypeError, r"each of action_sizes must be a whole number"),
+        ({"action_sizes": 2}, ParameterTypeError, r"action_sizes must be one whole number for each agent; got 2"),
         ({"heuristic": [1, 2, 3]}, ProblemError, r"heuristic must be 2 finite numbers.*got an array of shape \(3,\)$"),
         ({"heuristic": [1, math.inf]}, ProblemError, r"heuristic must be 2 finite numbers.*not finite"),
         ({"heuristic": ["a", "b"]}, ParameterTypeError, r"heuristic must hold numbers"),

@@ -5,6 +5,8 @@ States and actions are numbered from 0. A pair (s, a) has one outcome or several
 next state. (Puterman, *Markov Decision Processes*, 1994; Sutton and Barto, *Reinforcement Learning*, 2018, 3.1.)
 """
 
+import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,11 +57,15 @@ class TabularMDP:
         An episode is truncated after as many steps; default: never.
     heuristic : (S,) float, optional
         What ``DynaH`` uses by default: larger is farther from the goal.
+    action_sizes : tuple of int, optional
+        Where an action is a joint one: how many actions each agent has. Joint actions are numbered by C-order
+        ``ravel_multi_index`` over the agents. Default: one agent, ``(A,)``.
 
     Raises
     ------
     ProblemError
-        If shapes differ, a state is out of range, a number is not finite or probabilities do not sum to 1.
+        If shapes differ, a state is out of range, a number is not finite, probabilities do not sum to 1 or the
+        sizes' product is not A.
 
     Examples
     --------
@@ -78,6 +84,7 @@ class TabularMDP:
         start: int | ArrayLike = 0,
         max_episode_steps: int | None = None,
         heuristic: ArrayLike | None = None,
+        action_sizes: Sequence[int] | None = None,
     ) -> None:
         states, rewards, ends = (
             _array("next_state", next_state),
@@ -86,6 +93,7 @@ class TabularMDP:
         )
         _check_outcomes(states, rewards, ends, with_probability=probability is not None)
         self.n_states, self.n_actions = int(states.shape[0]), int(states.shape[1])
+        self.action_sizes = _action_sizes(action_sizes, self.n_actions)
         start_state, start_cumulative = _start(start, self.n_states)
         limit = _limit(max_episode_steps)
         self.max_episode_steps = None if limit == NO_LIMIT else limit
@@ -105,10 +113,17 @@ class TabularMDP:
         self.arrays = _read_only(arrays)
 
     @classmethod
-    def from_arrays(cls, arrays: MDPArrays, n_states: int, heuristic: FloatArray | None = None) -> "TabularMDP":
+    def from_arrays(
+        cls,
+        arrays: MDPArrays,
+        n_states: int,
+        heuristic: FloatArray | None = None,
+        action_sizes: Sequence[int] | None = None,
+    ) -> "TabularMDP":
         """Return the MDP whose `arrays` were taken from another one (they are not checked again)."""
         mdp = cls.__new__(cls)
         mdp.n_states, mdp.n_actions = n_states, arrays.n_actions
+        mdp.action_sizes = _action_sizes(action_sizes, arrays.n_actions)
         limit = arrays.max_episode_steps
         mdp.max_episode_steps = None if limit == NO_LIMIT else limit
         mdp.heuristic = heuristic
@@ -122,7 +137,7 @@ class TabularMDP:
     def with_time_limit(self, max_episode_steps: int | None) -> "TabularMDP":
         """Return the same MDP (sharing its arrays) with another limit on an episode's steps."""
         arrays = self.arrays._replace(max_episode_steps=_limit(max_episode_steps))
-        return TabularMDP.from_arrays(arrays, self.n_states, self.heuristic)
+        return TabularMDP.from_arrays(arrays, self.n_states, self.heuristic, self.action_sizes)
 
     def __repr__(self) -> str:
         return (
@@ -168,6 +183,18 @@ def _limit(max_episode_steps: int | None) -> int:
     if max_episode_steps is None:
         return NO_LIMIT
     return min(check_int("max_episode_steps", max_episode_steps, 1), NO_LIMIT)
+
+
+def _action_sizes(sizes: Sequence[int] | None, n_actions: int) -> tuple[int, ...]:
+    """Return how many actions each agent has."""
+    if sizes is None:
+        return (n_actions,)
+    if not isinstance(sizes, Sequence) or isinstance(sizes, str):
+        raise ParameterTypeError(f"action_sizes must be one whole number for each agent; got {sizes!r}")
+    checked = tuple(check_int("each of action_sizes", size, 1) for size in sizes)
+    if math.prod(checked) != n_actions:
+        raise ProblemError(f"action_sizes must multiply to the number of actions, {n_actions}; got {checked}")
+    return checked
 
 
 def _check_outcomes(
