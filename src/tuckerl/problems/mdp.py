@@ -185,11 +185,11 @@ def _limit(max_episode_steps: int | None) -> int:
     return min(check_int("max_episode_steps", max_episode_steps, 1), NO_LIMIT)
 
 
-def _action_sizes(sizes: Sequence[int] | None, n_actions: int) -> tuple[int, ...]:
+def _action_sizes(sizes: object, n_actions: int) -> tuple[int, ...]:
     """Return how many actions each agent has."""
     if sizes is None:
         return (n_actions,)
-    if not isinstance(sizes, Sequence) or isinstance(sizes, str):
+    if not isinstance(sizes, (tuple, list)):
         raise ParameterTypeError(f"action_sizes must be one whole number for each agent; got {sizes!r}")
     checked = tuple(check_int("each of action_sizes", size, 1) for size in sizes)
     if math.prod(checked) != n_actions:
