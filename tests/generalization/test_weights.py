@@ -9,6 +9,7 @@ import pytest
 from tests.learners.worlds import random_mdp
 from tuckerl import QLearning, TabularMDP, TensorStep, TuckerDecomposition, action_weights
 from tuckerl.errors import ParameterError, RankWarning, ZeroWeightWarning
+from tuckerl.generalization.weights import WEIGHTINGS
 
 PROBLEM = random_mdp(61, n_states=8, n_actions=4, n_outcomes=2)
 RANKS = (4, 2, 3, 2)
@@ -155,3 +156,12 @@ def test_a_window_without_values_leaves_everything_as_it_is(weights: str) -> Non
     assert learner.step_history.chosen.tolist() == [-1, -1]
     assert learner.step_history.ranks.tolist() == [[0] * 4] * 2
     assert np.isnan(learner.step_history.fit).all()
+
+
+@pytest.mark.parametrize("weights", ["paper", "relative", "permuted"])
+def test_a_weight_that_is_rounding_reads_as_zero(weights: str) -> None:
+    factors = (np.eye(1), np.array([[0.8], [0.6], [1e-17]]), np.eye(1), np.eye(1))
+    decomposition = TuckerDecomposition(np.ones((1, 1, 1, 1)), factors, fit=1.0, iterations=1)
+    omega = WEIGHTINGS[weights].weigh(decomposition, 3, np.random.default_rng(0))
+    assert omega.min() == 0.0
+    assert np.count_nonzero(omega) == 2
