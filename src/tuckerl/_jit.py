@@ -6,7 +6,9 @@ the kernels that it calls, so the cache folder's name carries a hash of all the 
 starts a fresh folder.
 """
 
+import functools
 import hashlib
+import math
 import os
 import tempfile
 from collections.abc import Callable, Iterator
@@ -17,7 +19,10 @@ from typing import Any, TypeVar
 import numba
 from numba import types as numba_types
 from numba.core import config as numba_config
+from numba.core.errors import NumbaError
 from numba.extending import overload
+
+from tuckerl.errors import SimulatorError
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
@@ -97,21 +102,109 @@ def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
     return chosen
 
 
-types: Any = numba_types
-_ARRAY = types.float64[::1]
-_STREAM = types.uint64[::1]
+_types: Any = numba_types
+_cfunc: Any = numba.cfunc
+_ARRAY = _types.float64[::1]
+_CONSTANTS = _types.Array(_types.float64, 1, "C", readonly=True)
+_STREAM = _types.uint64[::1]
+_INT, _FLOAT, _BOOL = _types.int64, _types.float64, _types.boolean
 _SIGNATURES = {
-    "reset": types.void(_ARRAY, _ARRAY, _STREAM),
-    "step": types.Tuple((types.float64, types.boolean))(_ARRAY, _ARRAY, types.int64, _STREAM),
-    "index": types.int64(_ARRAY, _ARRAY),
+    "reset": _types.void(_CONSTANTS, _ARRAY, _STREAM),
+    "step": _types.Tuple((_FLOAT, _BOOL))(_CONSTANTS, _ARRAY, _INT, _STREAM),
+    "index": _INT(_CONSTANTS, _ARRAY),
 }
+_RETURNS = {
+    "reset": "reset(parameters, state, rng) must return nothing",
+    "step": "step(parameters, state, action, rng) must return (reward, terminated), a number and a bool",
+    "index": "index(parameters, state) must return an int",
+}
+_config: Any = numba_config
+_INTERPRETED = bool(_config.DISABLE_JIT)
 
 
-def compiled_function(function: Callable[..., object], role: str) -> Any:
-    """Compile one of a simulator's functions to the fixed signature of its role.
+def compiled_function(function: Callable[..., Any], role: str) -> Any:
+    """Compile one of a simulator's functions to the fixed signature of its role: "reset", "step" or "index".
 
     Kernels take it as data: they are not compiled again for every simulator.
+
+    Raises
+    ------
+    SimulatorError
+        If it cannot be compiled or returns something of another kind.
     """
-    ours = (function.__module__ or "").startswith("tuckerl.")  # others' sources are not in our folder's hash
+    if _INTERPRETED:
+        return function
+    if (function.__module__ or "").startswith("tuckerl."):
+        return _own_function(function, role)
+    return _users_function(function, role)
+
+
+@functools.cache
+def _own_function(function: Callable[..., Any], role: str) -> Any:
     with _our_cache_folder():
-        return numba.cfunc(_SIGNATURES[role], cache=ours and _CACHE_FOLDER is not None)(function)
+        return _cfunc(_SIGNATURES[role], cache=_CACHE_FOLDER is not None, _nrt=False, error_model="numpy")(function)
+
+
+def _users_function(function: Callable[..., Any], role: str) -> Any:
+    """Compile without a cache (other sources are not in our folder's hash) and within a guard: nothing may raise.
+
+    What is called by its address cannot raise: Numba would print the error and go on.
+    """
+    signature = _SIGNATURES[role]
+    try:
+        inner: Any = numba.njit(error_model="numpy", boundscheck=True)(getattr(function, "py_func", function))
+        inner.compile(signature.args)
+        returned = inner.overloads[signature.args].signature.return_type
+        guarded = _cfunc(signature)(_GUARDS[role](inner)) if _fits(returned, role) else None
+    except (NumbaError, TypeError, ValueError, NotImplementedError) as error:
+        raise SimulatorError(
+            f"the simulator's {role} cannot be compiled: it may use numbers, arrays, math and tuckerl.rng.uniform, and "
+            f"{_RETURNS[role]}; Numba's own words are above"
+        ) from error
+    if guarded is None:
+        raise SimulatorError(f"the simulator's {_RETURNS[role]}; it returns {returned}")
+    return guarded
+
+
+def _fits(returned: Any, role: str) -> bool:
+    if role == "reset":
+        return bool(returned == _types.none)
+    if role == "index":
+        return isinstance(returned, _types.Integer)
+    pair = [_types.unliteral(kind) for kind in returned] if isinstance(returned, _types.BaseTuple) else []
+    return len(pair) == 2 and isinstance(pair[0], (_types.Integer, _types.Float)) and pair[1] == _BOOL
+
+
+def _guard_reset(function: Any) -> Callable[..., Any]:
+    def reset(parameters: Any, state: Any, rng: Any) -> None:
+        try:
+            function(parameters, state, rng)
+        except Exception:  # noqa: BLE001  # whatever a user's function raises; Numba knows no other clause
+            state[:] = math.nan
+
+    return reset
+
+
+def _guard_step(function: Any) -> Callable[..., Any]:
+    def step(parameters: Any, state: Any, action: int, rng: Any) -> tuple[float, bool]:
+        try:
+            reward, terminated = function(parameters, state, action, rng)
+        except Exception:  # noqa: BLE001  # whatever a user's function raises; Numba knows no other clause
+            reward, terminated = math.nan, True
+        return reward, terminated
+
+    return step
+
+
+def _guard_index(function: Any) -> Callable[..., Any]:
+    def index(parameters: Any, state: Any) -> Any:
+        try:
+            row = function(parameters, state)
+        except Exception:  # noqa: BLE001  # whatever a user's function raises; Numba knows no other clause
+            row = -1
+        return row
+
+    return index
+
+
+_GUARDS = {"reset": _guard_reset, "step": _guard_step, "index": _guard_index}

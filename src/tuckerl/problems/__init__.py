@@ -6,6 +6,7 @@ To add an environment, write its file and list it in `ENVIRONMENTS`.
 import gymnasium
 
 ENVIRONMENTS = {
+    "tuckerl/CartPole-v0": {"entry_point": "tuckerl.problems.cart_pole:CartPoleEnv", "max_episode_steps": 1000},
     "tuckerl/DynaMaze-v0": {"entry_point": "tuckerl.problems.dyna_maze:DynaMazeEnv", "max_episode_steps": 2000},
 }
 """Gymnasium ids and what is registered for them."""

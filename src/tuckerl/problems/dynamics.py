@@ -1,7 +1,5 @@
 """How a kernel plays a problem, whatever its kind: begin an episode, take a step."""
 
-import numpy as np
-
 from tuckerl._jit import by_kind, kernel
 from tuckerl.problems.mdp import MDPArrays
 from tuckerl.problems.simulator import (
@@ -9,6 +7,7 @@ from tuckerl.problems.simulator import (
     FROM_STATE,
     KIND,
     NOT_FINITE,
+    NUMBERS,
     OUT_OF_RANGE,
     REWARD,
     STEP,
@@ -49,40 +48,51 @@ def _step_table(world: MDPArrays, state: int, action: int, rng: Stream) -> tuple
 
 @kernel
 def _finite(world: SimulatorArrays, reward: float) -> bool:
-    total = reward
+    total = reward - reward  # 0 for a finite number, NaN for any other
     for number in world.state:
-        total += number - number  # 0 for a finite number, NaN for any other
-    return np.isfinite(total)
+        total += number - number
+    return total == 0.0
 
 
 @kernel
-def _checked_index(world: SimulatorArrays, state: int, action: int, reward: float) -> int:
-    """Return the state's row; what is impossible goes into `fault`, for Python to raise, and reads as row 0."""
-    index = world.index(world.parameters, world.state)
-    within = 0 <= index < world.n_states
-    if within and _finite(world, reward):
-        return index
+def _note_fault(world: SimulatorArrays, kind: float, state: int, action: int, reward: float, index: int) -> None:
+    """Keep the first impossible thing for Python to raise."""
     fault = world.fault
-    if fault[KIND] == 0:
-        fault[KIND] = OUT_OF_RANGE if not within else NOT_FINITE
-        fault[FROM_STATE], fault[ACTION], fault[STEP] = state, action, world.clock[0]
+    if fault[KIND] == 0.0:
+        fault[KIND], fault[FROM_STATE], fault[ACTION], fault[STEP] = kind, state, action, world.clock[0]
         fault[TO_STATE], fault[REWARD] = index, reward
-    return 0
+        for i in range(world.state.size):
+            fault[NUMBERS + i] = world.state[i]
+
+
+@kernel
+def _row(world: SimulatorArrays, state: int, action: int, reward: float) -> int:
+    """Return the state's row, or -1 where a number is not finite or the row is none."""
+    if not _finite(world, reward):
+        _note_fault(world, NOT_FINITE, state, action, reward, -1)
+        return -1
+    index = world.index(world.parameters, world.state)
+    if 0 <= index < world.n_states:
+        return index
+    _note_fault(world, OUT_OF_RANGE, state, action, reward, index)
+    return -1
 
 
 @kernel
 def _reset_simulator(world: SimulatorArrays, rng: Stream) -> int:
-    world.clock[0] = 0
+    world.clock[0] = 0.0
     world.reset(world.parameters, world.state, rng)
-    return _checked_index(world, 0, 0, 0.0)
+    return max(_row(world, 0, 0, 0.0), 0)
 
 
 @kernel
 def _step_simulator(world: SimulatorArrays, state: int, action: int, rng: Stream) -> tuple[int, float, bool]:
-    world.clock[0] += 1
+    world.clock[0] += 1.0
     reward, terminated = world.step(world.parameters, world.state, action, rng)
-    next_state = _checked_index(world, state, action, reward)
-    return next_state, reward, terminated or world.fault[KIND] > 0
+    next_state = _row(world, state, action, reward)
+    if next_state < 0 or world.fault[KIND] > 0.0:  # end every episode at once: there may be no time limit
+        return 0, 0.0, True
+    return next_state, reward, terminated
 
 
 reset = by_kind({MDPArrays: _reset_table, SimulatorArrays: _reset_simulator})

@@ -6,12 +6,16 @@ Three functions of fixed signatures describe one::
     step(parameters, state, action, rng) -> (reward, terminated)  move `state` in place
     index(parameters, state) -> int                               the row of the Q-table, from 0 to n_states - 1
 
-`parameters` and `state` are float64 arrays, `rng` is a (4,) uint64 stream for :func:`tuckerl.rng.uniform`. The
-functions are compiled: they use numbers, arrays and ``math``, and make no arrays. All simulators share the learners'
-compiled kernels, because kernels know the signatures and not the functions.
+`parameters` (not to be written to) and `state` are float64 arrays, `rng` is a (4,) uint64 stream for
+:func:`tuckerl.rng.uniform`. The functions are compiled: they use numbers, arrays and ``math``, and the values that
+other names have when a learner is made; what is to be changed later belongs into `parameters`. All simulators share
+the learners' compiled kernels, because kernels know the signatures and not the functions.
 """
 
+import copy
+import inspect
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -28,9 +32,25 @@ Reset = Callable[[FloatArray, FloatArray, Stream], None]
 Step = Callable[[FloatArray, FloatArray, int, Stream], tuple[float, bool]]
 Index = Callable[[FloatArray, FloatArray], int]
 
-# What `fault` holds once a function has returned something impossible.
-KIND, FROM_STATE, ACTION, STEP, TO_STATE, REWARD = range(6)
+# What `fault` holds once a function has returned something impossible; the state array as it was then follows.
+KIND, FROM_STATE, ACTION, STEP, TO_STATE, REWARD, NUMBERS = range(7)
 OUT_OF_RANGE, NOT_FINITE = 1.0, 2.0
+
+
+_ARGUMENTS = {
+    "reset": "(parameters, state, rng)",
+    "step": "(parameters, state, action, rng)",
+    "index": "(parameters, state)",
+}
+
+
+@dataclass(frozen=True)
+class Functions:
+    """A simulator's three functions: plain Python, as its user wrote them."""
+
+    reset: Reset
+    step: Step
+    index: Index
 
 
 class SimulatorArrays(NamedTuple):
@@ -39,9 +59,9 @@ class SimulatorArrays(NamedTuple):
     reset: Any  # compiled
     step: Any
     index: Any
-    parameters: FloatArray
+    parameters: FloatArray  # read-only
     state: FloatArray  # changed in place: one for each agent
-    fault: FloatArray  # (6,) the first impossible thing that a function returned, all 0 while there is none
+    fault: FloatArray  # (6 + size of state,) the first impossible thing that happened; all 0 while there is none
     clock: FloatArray  # (1,) steps since the latest reset
     n_states: int
     n_actions: int
@@ -64,10 +84,32 @@ class Simulator:
     heuristic : (n_states,) float, optional
         What ``DynaH`` uses by default.
 
+    Attributes
+    ----------
+    functions : Functions
+        As they were given: to be called from Python, too.
+
     Raises
     ------
-    ParameterError, ParameterTypeError
-        If a number is impossible or a function is none.
+    ParameterError, ParameterTypeError, ProblemError
+        If a number is impossible, or a function is none or takes other arguments.
+
+    Examples
+    --------
+    A walk on a line of 5 places that ends at the right:
+
+    >>> import tuckerl
+    >>> from tuckerl.problems.simulator import Simulator
+    >>> from tuckerl.rng import uniform
+    >>> def reset(parameters, state, rng):
+    ...     state[0] = 0.0
+    >>> def step(parameters, state, action, rng):
+    ...     if uniform(rng) >= parameters[0]:
+    ...         state[0] = min(max(state[0] + (1.0 if action == 1 else -1.0), 0.0), 4.0)
+    ...     return -1.0, state[0] == 4.0
+    >>> def index(parameters, state):
+    ...     return int(state[0])
+    >>> line = Simulator(reset, step, index, n_states=5, n_actions=2, state_size=1, parameters=[0.1])
     """
 
     def __init__(
@@ -83,33 +125,35 @@ class Simulator:
         max_episode_steps: int | None = None,
         heuristic: ArrayLike | None = None,
     ) -> None:
-        for name, function in (("reset", reset), ("step", step), ("index", index)):
-            if not callable(function):
-                raise ParameterTypeError(f"{name} must be a function; got {function!r}")
-        self.functions = (reset, step, index)
+        self.functions = Functions(reset, step, index)
+        _check_functions(self.functions)
         self.n_states = check_int("n_states", n_states, 1)
         self.n_actions = check_int("n_actions", n_actions, 1)
         self.state_size = check_int("state_size", state_size, 1)
-        self.parameters: FloatArray = np.array(parameters, dtype=np.float64).reshape(-1)
-        if not np.isfinite(self.parameters).all():
-            raise ProblemError(f"parameters must be finite numbers; got {self.parameters}")
-        if max_episode_steps is not None:
-            max_episode_steps = check_int("max_episode_steps", max_episode_steps, 1)
-        self.max_episode_steps = max_episode_steps
+        self.parameters = _check_parameters(parameters)
+        self.max_episode_steps = _check_limit(max_episode_steps)
         self.heuristic = None if heuristic is None else check_heuristic(heuristic, self.n_states)
 
     @cached_property
-    def _compiled(self) -> tuple[Any, Any, Any]:
-        reset, step, index = self.functions
-        return compiled_function(reset, "reset"), compiled_function(step, "step"), compiled_function(index, "index")
+    def _compiled(self) -> tuple[Any, ...]:
+        return tuple(compiled_function(getattr(self.functions, role), role) for role in _ARGUMENTS)
 
     def world(self) -> SimulatorArrays:
-        """Return one agent's copy, as kernels read it."""
+        """Return one agent's copy, as kernels read it.
+
+        Raises
+        ------
+        SimulatorError
+            If a function cannot be compiled, or returns something of another kind than it should.
+        """
+        reset, step, index = self._compiled
         return SimulatorArrays(
-            *self._compiled,
+            reset=reset,
+            step=step,
+            index=index,
             parameters=self.parameters,
             state=np.zeros(self.state_size),
-            fault=np.zeros(6),
+            fault=np.zeros(NUMBERS + self.state_size),
             clock=np.zeros(1),
             n_states=self.n_states,
             n_actions=self.n_actions,
@@ -118,21 +162,49 @@ class Simulator:
 
     def with_time_limit(self, max_episode_steps: int | None) -> "Simulator":
         """Return the same simulator with another limit on an episode's steps."""
-        return Simulator(
-            *self.functions,
-            n_states=self.n_states,
-            n_actions=self.n_actions,
-            state_size=self.state_size,
-            parameters=self.parameters,
-            max_episode_steps=max_episode_steps,
-            heuristic=self.heuristic,
-        )
+        other = copy.copy(self)
+        other.max_episode_steps = _check_limit(max_episode_steps)
+        return other
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_compiled"}
 
     def __repr__(self) -> str:
         return (
-            f"Simulator({self.functions[1].__module__}, {self.n_states} states, {self.n_actions} actions, "
+            f"Simulator({self.functions.step.__module__}, {self.n_states} states, {self.n_actions} actions, "
             f"max_episode_steps={self.max_episode_steps})"
         )
+
+
+def _check_functions(functions: Functions) -> None:
+    for role, arguments in _ARGUMENTS.items():
+        function = getattr(functions, role)
+        python = getattr(function, "py_func", function)  # a function compiled by its user is taken apart again
+        if not inspect.isfunction(python):
+            raise ParameterTypeError(f"{role} must be a function {role}{arguments}; got {function!r}")
+        try:
+            inspect.signature(python).bind(*arguments.split(","))
+        except TypeError as error:
+            raise ProblemError(
+                f"{role} must take the arguments {arguments}; got {python.__name__}{inspect.signature(python)}"
+            ) from error
+
+
+def _check_parameters(parameters: ArrayLike) -> FloatArray:
+    try:
+        numbers: FloatArray = np.array(parameters, dtype=np.float64).reshape(-1)
+    except (TypeError, ValueError) as error:
+        raise ProblemError(f"parameters must be numbers; got {parameters!r}") from error
+    if not np.isfinite(numbers).all():
+        raise ProblemError(f"parameters must be finite numbers; got {numbers}")
+    numbers.flags.writeable = False
+    return numbers
+
+
+def _check_limit(max_episode_steps: int | None) -> int | None:
+    if max_episode_steps is None:
+        return None
+    return min(check_int("max_episode_steps", max_episode_steps, 1), NO_LIMIT)
 
 
 def check_world(world: SimulatorArrays) -> None:
@@ -146,15 +218,16 @@ def check_world(world: SimulatorArrays) -> None:
     fault = world.fault
     if fault[KIND] == 0:
         return
-    where = f"step {fault[STEP]:.0f}, action {fault[ACTION]:.0f} in state {fault[FROM_STATE]:.0f}"
+    where = f"step {fault[STEP]:.0f} of an episode (action {fault[ACTION]:.0f} in state {fault[FROM_STATE]:.0f})"
     if fault[STEP] == 0:
         where = "reset"
+    numbers = f"the state array was {fault[NUMBERS:]}"
     if fault[KIND] == OUT_OF_RANGE:
         raise SimulatorError(
-            f"the simulator's index must lie from 0 to {world.n_states - 1}; after {where} it returned "
-            f"{fault[TO_STATE]:.0f}: see that every state, NaN too, falls into some row"
+            f"the simulator's index must lie from 0 to {world.n_states - 1}; after {where} it was "
+            f"{fault[TO_STATE]:.0f} (or index raised an error, which reads as -1); {numbers}"
         )
     raise SimulatorError(
-        f"the simulator's reward and state must be finite; after {where} the reward is {fault[REWARD]} and the state "
-        f"{world.state}"
+        f"the simulator's rewards and states must be finite; after {where} the reward was {fault[REWARD]} and "
+        f"{numbers} (a function that raises an error leaves NaN: call it from Python to see the error)"
     )
