@@ -34,7 +34,7 @@ def test_any_change_of_sources_changes_the_hash(package: Path, change: str) -> N
     elif change == "remove":
         (package / "a.py").unlink()
     elif change == "rename":
-        (package / "a.py").rename(package / "z.py")
+        (package / "a.py").rename(package / "aa.py")
     else:
         (package / "a.py").write_text("")
         (package / "inner" / "b.py").write_text("a = 1\nb = 2\n")

@@ -61,3 +61,14 @@ def test_divergence_survives_a_file(tmp_path: Path) -> None:
     with pytest.warns(DivergenceWarning):
         again.learn(1)
     assert again.episodes == 4
+
+
+def test_a_window_that_is_not_finite_is_not_factorised() -> None:
+    step = TensorStep(every=5, ranks=(1, 1, 1, 1))
+    learner = QLearning(corridor(3), epsilon=1.0, seed=1, tensor_step=step).learn(9)
+    learner._logs[0].row[0, 0] = np.inf
+    before = learner.step_history
+    with pytest.warns(DivergenceWarning, match="episode 9"):
+        learner.learn(6)
+    assert learner.diverged_at == learner.episodes == len(learner.steps) == 9
+    np.testing.assert_array_equal(learner.step_history.weights, before.weights)

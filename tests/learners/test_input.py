@@ -9,7 +9,6 @@ import pytest
 from tests.learners.worlds import corridor
 from tuckerl import DynaH, QLearning, TabularMDP
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TuckerlError, UnknownNameError
-from tuckerl.problems.simulator import Simulator
 
 PROBLEM = corridor()
 NO_HEURISTIC = TabularMDP([[0]], [[0.0]], [[True]])
@@ -71,13 +70,6 @@ def test_dyna_h_without_any_heuristic() -> None:
     ):
         DynaH(NO_HEURISTIC)
     assert DynaH(NO_HEURISTIC, heuristic=[0.0]).learn(1).episodes == 1
-
-
-def test_a_simulator_is_refused() -> None:
-    never: Any = print
-    simulator = Simulator(never, never, never, n_states=1, n_actions=1, state_size=1)
-    with pytest.raises(ProblemError, match="learners play tables of transitions only; got Simulator"):
-        QLearning(simulator)
 
 
 @pytest.mark.parametrize(
