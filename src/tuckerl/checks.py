@@ -68,6 +68,19 @@ def check_int(name: str, value: object, low: int | None = None, high: int | None
     return number
 
 
+def check_flag(name: str, value: object) -> bool:
+    """Return `value` if it is True or False.
+
+    Raises
+    ------
+    ParameterTypeError
+        If it is anything else.
+    """
+    if isinstance(value, bool):
+        return value
+    raise ParameterTypeError(f"{name} must be True or False; got {value!r}")
+
+
 _FEW = 12  # names that still make one readable sentence
 
 

@@ -32,7 +32,8 @@ def child(sequence: np.random.SeedSequence, *key: int) -> np.random.SeedSequence
 
 def stream(sequence: np.random.SeedSequence) -> Stream:
     """Return a (4,) uint64 state for the kernels' generator, seeded from `sequence`."""
-    return sequence.generate_state(4, np.uint64)
+    words: Stream = sequence.generate_state(4, np.uint64).astype(np.uint64, copy=False)
+    return words
 
 
 @kernel

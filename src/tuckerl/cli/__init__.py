@@ -12,6 +12,8 @@ from tuckerl import errors
 from tuckerl._version import __version__
 from tuckerl.cli.reproduce import reproduce
 
+INTERRUPTED = 130
+
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -39,9 +41,9 @@ def _options(
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit with its status."""
     try:
-        status = app(arguments, standalone_mode=False)
-    except KeyboardInterrupt:
-        status = _complain("interrupted: what is finished is kept, the same command goes on from there", 130)
+        status = app(arguments, standalone_mode=False)  # Typer turns an interrupt into this status
+        if status == INTERRUPTED:
+            _complain("interrupted: what is finished is kept, the same command goes on from there", status)
     except TyperException as error:
         status = 0 if not error.format_message() else _complain(error.format_message(), 2)
     except errors.TuckerlError as error:

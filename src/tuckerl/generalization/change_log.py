@@ -45,6 +45,7 @@ def empty_log(n_states: int, n_actions: int, n_episodes: int) -> ChangeLog:
 def restart_log(log: ChangeLog) -> None:
     """Forget the window's entries and begin the next window."""
     log.cursor[ENTRIES] = log.cursor[EPISODES] = 0
+    log.end[:] = 0
 
 
 def saved_log(log: ChangeLog) -> dict[str, np.ndarray]:

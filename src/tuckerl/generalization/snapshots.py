@@ -1,10 +1,13 @@
 """The window of Q-tables that the tensor step factorises, rebuilt from what changed.
 
-Axes are (state, action, episode, agent), as in the paper's MQT tensor. The state axis holds only the states that some
-agent has ever touched, in the order of first touch. All other rows still hold their initial values in every table; they
-count exactly, at the cost of at most A rows: the row space of the state mode is all that the other factors see, so the
-untouched rows may be replaced by a triangular factor of theirs (zeros need none).
+Axes are (state, action, episode, agent), as in the paper's MQT tensor. The state axis holds the states whose row some
+agent changed in the window, in the order of first touch. All other rows are the same in every episode, and most are the
+same in every table. They count exactly, at the cost of a few rows: the row space of the state mode is all that the
+other factors see, so rows that stood still may be replaced by a triangular factor of theirs, at most A x N rows, and
+those that nobody ever touched by at most A (zeros need none). So the step's cost follows what was visited lately.
 """
+
+import math
 
 import numpy as np
 
@@ -25,15 +28,17 @@ class Snapshots:
         self._base: FloatArray = np.zeros((0, n_actions, n_agents))  # their rows when the window began
 
     def tensor(self, logs: tuple[ChangeLog, ...]) -> FloatArray:
-        """Return the window's tables as a (V + at most A, A, E, N) array."""
+        """Return the window's tables as a (C + at most A x N + A, A, E, N) array, C rows being those that changed."""
         self._add_states(logs)
-        untouched = self._untouched_rows()
-        n_touched, n_actions, n_agents = self._base.shape
-        tensor = np.empty((n_touched + len(untouched), n_actions, self._n_episodes, n_agents))
-        tensor[:n_touched] = self._base[:, :, None, :]
-        tensor[n_touched:] = untouched[:, :, None, None]
+        changed = np.unique(np.concatenate([self._position[log.state[: log.cursor[ENTRIES]]] for log in logs]))
+        fixed = np.concatenate([self._still_rows(changed), self._untouched_rows()])
+        tensor = np.empty((changed.size + len(fixed), *self._base.shape[1:2], self._n_episodes, self._n_agents))
+        tensor[: changed.size] = self._base[changed][:, :, None, :]
+        tensor[changed.size :] = fixed[:, :, None, :]
+        place = np.empty(self.states.size, dtype=np.int64)
+        place[changed] = np.arange(changed.size)
         for agent, log in enumerate(logs):
-            _apply(tensor, agent, self._position, log)
+            _apply(tensor, agent, self._position, place, log)
         return tensor
 
     def restart(self, logs: tuple[ChangeLog, ...], q: FloatArray) -> None:
@@ -64,25 +69,43 @@ class Snapshots:
         rows = np.repeat(self._initial_q[new][:, :, None], self._n_agents, axis=2)
         self._base = np.concatenate([self._base, rows])
 
+    def _still_rows(self, changed: IntArray) -> FloatArray:
+        """Return what stands for the touched rows that did not change in the window: (at most A x N, A, N)."""
+        still = np.ones(self.states.size, dtype=np.bool_)
+        still[changed] = False
+        return _equivalent_rows(self._base[still])
+
     def _untouched_rows(self) -> FloatArray:
+        """Return what stands for the rows that nobody ever touched: (at most A, A, N)."""
         n_states, n_actions = self._initial_q.shape
         n_untouched = n_states - self.states.size
         if self._initial_q.strides == (0, 0):  # one number for every entry
             value = float(self._initial_q[0, 0])
             n_rows = 1 if value != 0.0 and n_untouched else 0
-            return np.full((n_rows, n_actions), value * np.sqrt(n_untouched))
-        untouched: BoolArray = self._position < 0
-        return np.asarray(np.linalg.qr(self._initial_q[untouched], mode="r"))
+            rows = np.full((n_rows, n_actions), value * np.sqrt(n_untouched))
+        else:
+            untouched: BoolArray = self._position < 0
+            rows = _equivalent_rows(self._initial_q[untouched])
+        return np.repeat(rows[:, :, None], self._n_agents, axis=2)
+
+
+def _equivalent_rows(rows: FloatArray) -> FloatArray:
+    """Return few rows with the same Gram matrix as many: (n, ...) becomes (at most the size of a row, ...)."""
+    length = math.prod(rows.shape[1:])
+    if len(rows) <= length:
+        return rows
+    factor = np.asarray(np.linalg.qr(rows.reshape(-1, length), mode="r"))
+    return factor.reshape(-1, *rows.shape[1:])
 
 
 @kernel
-def _apply(tensor: FloatArray, agent: int, position: IntArray, log: ChangeLog) -> None:
+def _apply(tensor: FloatArray, agent: int, position: IntArray, place: IntArray, log: ChangeLog) -> None:
     """Write an agent's changes into the tensor, each from its episode to the window's end."""
     entry = 0
     for episode in range(tensor.shape[2]):
         while entry < log.end[episode]:
-            place = position[log.state[entry]]
+            row = place[position[log.state[entry]]]
             for action in range(tensor.shape[1]):
                 for later in range(episode, tensor.shape[2]):
-                    tensor[place, action, later, agent] = log.row[entry, action]
+                    tensor[row, action, later, agent] = log.row[entry, action]
             entry += 1

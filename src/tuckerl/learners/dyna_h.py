@@ -28,8 +28,8 @@ from tuckerl.learners.learner import Learner
 from tuckerl.learners.parameters import LearnerParameters
 from tuckerl.learners.q_learning import update
 from tuckerl.learners.saved import Arrays, of_prefix, with_prefix
-from tuckerl.problems.dynamics import reset, step
-from tuckerl.problems.mdp import MDPArrays, check_heuristic
+from tuckerl.problems.dynamics import World, reset, step
+from tuckerl.problems.mdp import check_heuristic
 from tuckerl.problems.resolve import Environment
 from tuckerl.rng import below
 from tuckerl.types import FloatArray, IntArray, StateArray, Stream
@@ -151,7 +151,7 @@ def plan(
 
 @kernel
 def play(
-    problem: MDPArrays,
+    world: World,
     model: Model,
     planning: Planning,
     q: FloatArray,
@@ -163,12 +163,12 @@ def play(
 ) -> int:
     """Play, learn and plan one agent's next episodes; return how many stayed finite."""
     for episode in range(record.steps.size):
-        state, steps, total, terminated = reset(problem, rng), 0, 0.0, False
+        state, steps, total, terminated = reset(world, rng), 0, 0.0, False
         note_state(record, 0, state)
-        while not terminated and steps < problem.max_episode_steps:
+        while not terminated and steps < world.max_episode_steps:
             action = epsilon_greedy(q, state, record.epsilon[0], settings.random_ties, rng)
-            next_state, reward, terminated = step(problem, state, action, rng)
-            discount = 0.0 if terminated else settings.gamma
+            next_state, reward, terminated = step(world, state, action, rng)
+            discount = settings.terminal_discount if terminated else settings.gamma
             mark(log, state)
             value = update(q, state, action, reward, discount, next_state, settings.alpha * weights[action])
             remember(model, planning.heuristic, state, action, reward, discount, next_state)
@@ -240,7 +240,7 @@ class DynaH(Learner):
 
     def _play(self, agent: int, record: Record) -> int:
         return play(
-            self.problem.arrays,
+            self._worlds[agent],
             self._models[agent],
             self._planning,
             self._q[agent],

@@ -13,6 +13,7 @@ class Settings(NamedTuple):
     alpha: float
     gamma: float
     epsilon_decay: float
+    terminal_discount: float  # 0; or gamma, where values are bootstrapped from terminal states, too
     random_ties: bool  # among maximal actions; otherwise the first
 
 

@@ -14,19 +14,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tuckerl._version import __version__
-from tuckerl.checks import check_int, check_name, check_real
-from tuckerl.errors import DivergenceWarning, ParameterTypeError, SavedFileError
+from tuckerl.checks import check_flag, check_int, check_name, check_real
+from tuckerl.errors import DivergenceWarning, SavedFileError
 from tuckerl.generalization.change_log import ChangeLog, empty_log, restore_log, saved_log
 from tuckerl.generalization.sharing import share_tables
 from tuckerl.generalization.step import StepHistory, StepRun, TensorStep, empty_history
 from tuckerl.learners import saved
 from tuckerl.learners.episodes import Record, Settings
 from tuckerl.learners.interrupts import interrupts_held_back
-from tuckerl.learners.parameters import LearnerParameters, check_initial_q, check_observation, check_step, check_tabular
-from tuckerl.problems.resolve import Environment, as_problem
+from tuckerl.learners.parameters import LearnerParameters, check_initial_q, check_known, check_observation, check_step
+from tuckerl.problems.resolve import Environment, Problem, as_problem
+from tuckerl.problems.simulator import check_world
 from tuckerl.rng import child, seed_sequence, stream
 from tuckerl.types import FloatArray, IntArray
 
+_PLAIN_PARAMETERS = ("alpha", "gamma", "epsilon", "epsilon_decay", "ties", "n_agents", "bootstrap_terminal")
 _CHUNK = 100  # episodes in one call of a kernel without a tensor step: Ctrl-C is heard between calls
 _MAX_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
 _PREDICTION_STREAM = 2**32 - 2  # the child of the seed for predict(deterministic=False)
@@ -53,6 +55,8 @@ class Learner(ABC):
     initial_q : float or (S, A) array
         The tables' first values.
     n_agents : int
+    bootstrap_terminal : bool
+        Whether a terminal state's value counts as any other's (some older programs did so); by default it is 0.
     tensor_step : TensorStep, optional
         None is the unmodified algorithm; with a step it is the paper's T-version.
     seed : int or SeedSequence, optional
@@ -67,21 +71,19 @@ class Learner(ABC):
     """
 
     def __init__(self, env: Environment, **parameters: Unpack[LearnerParameters]) -> None:
-        unknown = set(parameters) - set(LearnerParameters.__annotations__)
-        if unknown:
-            known = ", ".join(LearnerParameters.__annotations__)
-            raise ParameterTypeError(f"{type(self).__name__} has no parameter {min(unknown)!r}; it takes {known}")
+        check_known(type(self).__name__, parameters)
         self.alpha = check_real("alpha", parameters.get("alpha", 0.1), 0.0, 1.0, low_open=True)
         self.gamma = check_real("gamma", parameters.get("gamma", 0.95), 0.0, 1.0)
         self.epsilon = check_real("epsilon", parameters.get("epsilon", 0.1), 0.0, 1.0)
         self.epsilon_decay = check_real("epsilon_decay", parameters.get("epsilon_decay", 1.0), 0.0, 1.0)
         self.ties = check_name("ties", parameters.get("ties", "random"), ("random", "first"))
         self.n_agents = check_int("n_agents", parameters.get("n_agents", 1), 1)
+        self.bootstrap_terminal = check_flag("bootstrap_terminal", parameters.get("bootstrap_terminal", False))
         self.tensor_step = check_step(parameters.get("tensor_step"))
         self.diverged_at: int | None = None
         """The episode in which a table left the finite numbers; learning stopped before it."""
         self._sequence = seed_sequence(parameters.get("seed"))
-        self.problem = check_tabular(as_problem(env))
+        self.problem: Problem = as_problem(env)
         """The finite MDP that is played."""
         shape = (self.problem.n_states, self.problem.n_actions)
         self._initial_q = check_initial_q(parameters.get("initial_q", 0.0), shape)
@@ -91,7 +93,9 @@ class Learner(ABC):
         step = self.tensor_step
         every = step.every if step is not None and step.needs_decomposition else 0
         limit = self.problem.max_episode_steps or _MAX_TRAJECTORY
-        self._settings = Settings(self.alpha, self.gamma, self.epsilon_decay, self.ties == "random")
+        discount = self.gamma if self.bootstrap_terminal else 0.0
+        self._settings = Settings(self.alpha, self.gamma, self.epsilon_decay, discount, self.ties == "random")
+        self._worlds = tuple(self.problem.world() for _ in range(self.n_agents))
         self._q: FloatArray = np.zeros((self.n_agents, *shape))  # zeros cost nothing until they are touched
         if self._initial_q.any():
             self._q += self._initial_q
@@ -123,7 +127,9 @@ class Learner(ABC):
             If `episodes` is not a whole number of at least 1.
         """
         goal = self.episodes + check_int("episodes", episodes, 1)
-        self._make_room(goal)
+        room = ((0, 0), (0, goal - self.episodes))
+        self._steps = np.pad(self._steps[:, : self.episodes], room)
+        self._returns = np.pad(self._returns[:, : self.episodes], room)
         while self.diverged_at is None:
             due = self._due_step()
             if due is None and self.episodes == goal:
@@ -143,13 +149,6 @@ class Learner(ABC):
             )
         return self
 
-    def _make_room(self, n_episodes: int) -> None:
-        for name in ("_steps", "_returns"):
-            before = getattr(self, name)[:, : self.episodes]
-            after = np.zeros((self.n_agents, n_episodes), dtype=before.dtype)
-            after[:, : self.episodes] = before
-            setattr(self, name, after)
-
     def _due_step(self) -> StepRun | None:
         """Return the tensor step if a window has ended and it has not followed yet (a user's function may raise)."""
         run = self._run
@@ -163,6 +162,7 @@ class Learner(ABC):
                 self._steps[agent, chunk], self._returns[agent, chunk], self._trajectory[agent], self._epsilon[agent]
             )
             finite = min(finite, self._play(agent, record))
+            check_world(self._worlds[agent])
         self._n_episodes += finite
         if finite < n_episodes:
             self.diverged_at = self.episodes
@@ -176,9 +176,14 @@ class Learner(ABC):
             return
         self._weights = outcome.weights
         if outcome.mixture is not None and self.n_agents > 1:
-            share_tables(self._q, outcome.mixture, run.snapshots.states if run.step.needs_decomposition else None)
+            self._share(outcome.mixture)
         if run.step.needs_decomposition:
             run.snapshots.restart(self._logs, self._q)
+
+    def _share(self, mixture: FloatArray) -> None:
+        """Let every agent go on with the mixture of all tables."""
+        known = self._run.snapshots.states if self._run is not None and self._run.step.needs_decomposition else None
+        share_tables(self._q, mixture, known)
 
     @property
     def episodes(self) -> int:
@@ -240,11 +245,9 @@ class Learner(ABC):
         return (int(actions) if states.ndim == 0 else actions), None
 
     def __repr__(self) -> str:
-        step = "" if self.tensor_step is None else f", {self.tensor_step}"
-        return (
-            f"{type(self).__name__}({self.problem}, alpha={self.alpha:g}, gamma={self.gamma:g}, "
-            f"epsilon={self.epsilon:g}, n_agents={self.n_agents}{step}): {self.episodes} episodes"
-        )
+        parameters = self._parameters() | {"tensor_step": self.tensor_step}
+        listed = ", ".join(f"{name}={value!r}" for name, value in parameters.items())
+        return f"{type(self).__name__}({self.problem}, {listed}): {self.episodes} episodes"
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write everything that is needed to go on, to the last bit, into one file (no pickle).
@@ -269,27 +272,33 @@ class Learner(ABC):
         saved.write(Path(path), header, arrays)
 
     @classmethod
-    def load(cls, path: str | PathLike[str], *, tensor_step: TensorStep | None = None) -> Self:
+    def load(
+        cls,
+        path: str | PathLike[str],
+        *,
+        env: Environment | None = None,
+        tensor_step: TensorStep | None = None,
+    ) -> Self:
         """Return the learner that `save` wrote.
 
-        `tensor_step` is needed only where the saved one used functions of the user's own: the same, with them.
+        What is code is in no file: `env` is needed where the problem is a simulator, `tensor_step` where the saved one
+        used functions of the user's own; both as they were.
 
         Raises
         ------
         SavedFileError
             If the file is truncated, damaged, of another kind or learner, or of a newer version.
         ParameterError
-            If `tensor_step` is not the one that it was saved with.
+            If `env` or `tensor_step` is not the one that it was saved with.
         FileNotFoundError
             If there is none.
         """
         header, arrays = saved.read(Path(path))
         if header["learner"] != cls.__name__:
-            raise SavedFileError(
-                f"{path} holds a {header['learner']}, not a {cls.__name__}: load it with {header['learner']}.load"
-            )
+            held = header["learner"]
+            raise SavedFileError(f"{path} holds a {held}, not a {cls.__name__}: load it with {held}.load")
         learner = cls(
-            saved.restored_problem(header["problem"], saved.of_prefix("problem", arrays)),
+            saved.restored_problem(header["problem"], saved.of_prefix("problem", arrays), env, Path(path)),
             **header["parameters"],
             **cls._array_parameters(arrays),
             tensor_step=saved.restored_step(header["tensor_step"], tensor_step, Path(path)),
@@ -302,14 +311,7 @@ class Learner(ABC):
 
     def _parameters(self) -> dict[str, Any]:
         """Return the parameters that the constructor takes as JSON."""
-        return {
-            "alpha": self.alpha,
-            "gamma": self.gamma,
-            "epsilon": self.epsilon,
-            "epsilon_decay": self.epsilon_decay,
-            "ties": self.ties,
-            "n_agents": self.n_agents,
-        }
+        return {name: getattr(self, name) for name in _PLAIN_PARAMETERS}
 
     @classmethod
     def _array_parameters(cls, arrays: saved.Arrays) -> dict[str, Any]:

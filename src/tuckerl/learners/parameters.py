@@ -1,5 +1,6 @@
 """The parameters that all learners take, and checks of those that only learners know."""
 
+from collections.abc import Mapping
 from numbers import Real
 from typing import Any, Literal, TypedDict
 
@@ -7,11 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tuckerl.checks import check_real
-from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
+from tuckerl.errors import ParameterError, ParameterTypeError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
-from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.resolve import Problem
 from tuckerl.types import FloatArray, Seed
 
 
@@ -25,21 +24,23 @@ class LearnerParameters(TypedDict, total=False):
     ties: Literal["random", "first"]
     initial_q: float | ArrayLike
     n_agents: int
+    bootstrap_terminal: bool
     tensor_step: TensorStep | None
     seed: Seed
 
 
-def check_tabular(problem: Problem) -> TabularMDP:
-    """Return a problem given by tables; simulators have no learner yet.
+def check_known(learner: str, parameters: Mapping[str, object]) -> None:
+    """Refuse parameters that no learner takes.
 
     Raises
     ------
-    ProblemError
-        If it is a simulator.
+    ParameterTypeError
+        If there is one.
     """
-    if isinstance(problem, TabularMDP):
-        return problem
-    raise ProblemError(f"learners play tables of transitions only; got {problem}: describe it as a tuckerl.TabularMDP")
+    unknown = set(parameters) - set(LearnerParameters.__annotations__)
+    if unknown:
+        known = ", ".join(LearnerParameters.__annotations__)
+        raise ParameterTypeError(f"{learner} has no parameter {min(unknown)!r}; it takes {known}")
 
 
 def check_step(step: object) -> TensorStep | None:

@@ -11,8 +11,7 @@ from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import ChangeLog, close_episode, mark
 from tuckerl.learners.episodes import Record, Settings, epsilon_greedy, note_episode, note_state, row_max
 from tuckerl.learners.learner import Learner
-from tuckerl.problems.dynamics import reset, step
-from tuckerl.problems.mdp import MDPArrays
+from tuckerl.problems.dynamics import World, reset, step
 from tuckerl.types import FloatArray, Stream
 
 
@@ -28,7 +27,7 @@ def update(
 
 @kernel
 def play(
-    problem: MDPArrays,
+    world: World,
     q: FloatArray,
     weights: FloatArray,
     settings: Settings,
@@ -38,12 +37,12 @@ def play(
 ) -> int:
     """Play and learn one agent's next episodes; return how many stayed finite."""
     for episode in range(record.steps.size):
-        state, steps, total, terminated = reset(problem, rng), 0, 0.0, False
+        state, steps, total, terminated = reset(world, rng), 0, 0.0, False
         note_state(record, 0, state)
-        while not terminated and steps < problem.max_episode_steps:
+        while not terminated and steps < world.max_episode_steps:
             action = epsilon_greedy(q, state, record.epsilon[0], settings.random_ties, rng)
-            next_state, reward, terminated = step(problem, state, action, rng)
-            discount = 0.0 if terminated else settings.gamma
+            next_state, reward, terminated = step(world, state, action, rng)
+            discount = settings.terminal_discount if terminated else settings.gamma
             mark(log, state)
             value = update(q, state, action, reward, discount, next_state, settings.alpha * weights[action])
             if not np.isfinite(value):
@@ -74,7 +73,7 @@ class QLearning(Learner):
 
     def _play(self, agent: int, record: Record) -> int:
         return play(
-            self.problem.arrays,
+            self._worlds[agent],
             self._q[agent],
             self._weights,
             self._settings,

@@ -21,6 +21,8 @@ from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.files import write_whole
 from tuckerl.generalization.step import TensorStep
 from tuckerl.problems.mdp import MDPArrays, TabularMDP
+from tuckerl.problems.resolve import Environment, Problem, as_problem
+from tuckerl.problems.simulator import Simulator
 
 FORMAT_VERSION = 1
 _MAGIC = b"tuckerl learner, format "
@@ -85,22 +87,44 @@ def of_prefix(prefix: str, arrays: Arrays) -> Arrays:
     return {name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)}
 
 
-def problem_parts(problem: TabularMDP) -> tuple[Header, Arrays]:
-    """Return a problem as header and arrays."""
+def problem_parts(problem: Problem) -> tuple[Header, Arrays]:
+    """Return a problem as header and arrays; a simulator's functions are code, so of it only the sizes are kept."""
+    if isinstance(problem, Simulator):
+        return {"simulator": [problem.n_states, problem.n_actions, problem.max_episode_steps]}, {}
     parts = problem.arrays._asdict()
     arrays: Arrays = {name: part for name, part in parts.items() if isinstance(part, np.ndarray)}
     header = {name: part for name, part in parts.items() if name not in arrays}
     if problem.heuristic is not None:
         arrays["heuristic"] = problem.heuristic
-    return header | {"n_states": problem.n_states}, arrays
+    return header | {"n_states": problem.n_states, "action_sizes": list(problem.action_sizes)}, arrays
 
 
-def restored_problem(header: Header, arrays: Arrays) -> TabularMDP:
-    """Return the problem that `problem_parts` took apart."""
-    parts = header | arrays
-    return TabularMDP.from_arrays(
-        MDPArrays(**{name: parts[name] for name in MDPArrays._fields}), header["n_states"], arrays.get("heuristic")
-    )
+def restored_problem(header: Header, arrays: Arrays, env: Environment | None, path: Path) -> Problem:
+    """Return the problem that `problem_parts` took apart; a simulator, from the environment that is given.
+
+    Raises
+    ------
+    SavedFileError
+        If an environment is needed and none is given.
+    ParameterError
+        If the one given is another kind of problem or has other sizes, or none is needed.
+    """
+    if "simulator" not in header:
+        if env is not None:
+            raise ParameterError(f"{path} holds all of its problem: load it without env")
+        parts = header | arrays
+        mdp = MDPArrays(**{name: parts[name] for name in MDPArrays._fields})
+        return TabularMDP.from_arrays(mdp, header["n_states"], arrays.get("heuristic"), tuple(header["action_sizes"]))
+    if env is None:
+        raise SavedFileError(f"{path} was learned on a simulator, whose functions no file holds: pass load() its env")
+    problem = as_problem(env)
+    now = [problem.n_states, problem.n_actions, problem.max_episode_steps]
+    if not isinstance(problem, Simulator) or now != header["simulator"]:
+        raise ParameterError(
+            f"env must be the one that {path} was saved with, a simulator with (states, actions, time limit) "
+            f"{header['simulator']}; got {problem}"
+        )
+    return problem
 
 
 def seed_parts(sequence: np.random.SeedSequence) -> Header:

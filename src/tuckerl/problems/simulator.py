@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from tuckerl._jit import compiled_function
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterTypeError, ProblemError, SimulatorError
-from tuckerl.problems.mdp import NO_LIMIT, check_heuristic
+from tuckerl.problems.mdp import NO_LIMIT, MDPArrays, check_heuristic
 from tuckerl.types import FloatArray, Stream
 
 Reset = Callable[[FloatArray, FloatArray, Stream], None]
@@ -207,17 +207,19 @@ def _check_limit(max_episode_steps: int | None) -> int | None:
     return min(check_int("max_episode_steps", max_episode_steps, 1), NO_LIMIT)
 
 
-def check_world(world: SimulatorArrays) -> None:
+def check_world(world: MDPArrays | SimulatorArrays) -> None:
     """Raise what a kernel could not: the first impossible thing that a simulator's function returned.
+
+    A table was checked when it was made.
 
     Raises
     ------
     SimulatorError
         If there was one; it names state, action and step.
     """
-    fault = world.fault
-    if fault[KIND] == 0:
+    if isinstance(world, MDPArrays) or world.fault[KIND] == 0:
         return
+    fault = world.fault
     where = f"step {fault[STEP]:.0f} of an episode (action {fault[ACTION]:.0f} in state {fault[FROM_STATE]:.0f})"
     if fault[STEP] == 0:
         where = "reset"

@@ -1,0 +1,154 @@
+r"""Team-Q, Watkins' Q(lambda) on the joint states and joint actions of a team; with a tensor step, the paper's Team-TQ.
+
+One table serves the whole team. Each member explores on its own with probability epsilon and else plays its part of the
+greedy joint action, so that joint actions are partly random. A joint action that is not greedy cuts the traces: what
+came before it did not follow from the policy that is learned. (Littman 2001; Watkins 1989; the paper's section IV.C.)
+"""
+
+from typing import Any, Literal, Unpack
+
+import numpy as np
+
+from tuckerl._jit import kernel
+from tuckerl.checks import check_flag, check_name
+from tuckerl.generalization.change_log import ChangeLog, close_episode, mark
+from tuckerl.learners.episodes import Record, Settings, greedy, note_episode, note_state, row_max
+from tuckerl.learners.parameters import LearnerParameters
+from tuckerl.learners.traces import Decay, Traces, bring_up_to_date, learn_from, settle, visit
+from tuckerl.learners.tracing import TracingLearner
+from tuckerl.problems.dynamics import World, reset, step
+from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.resolve import Environment
+from tuckerl.rng import below, uniform
+from tuckerl.types import FloatArray, IntArray, Stream
+
+
+@kernel
+def team_action(
+    q: FloatArray, state: int, sizes: IntArray, parts: IntArray, epsilon: float, random_ties: bool, rng: Stream
+) -> int:
+    """Return the joint action of a team whose members explore independently; `parts` is room for one part each."""
+    n_exploring = 0
+    for member in range(sizes.size):
+        parts[member] = -1
+        if uniform(rng) < epsilon:
+            parts[member] = below(sizes[member], rng)
+            n_exploring += 1
+    joint = greedy(q, state, random_ties, rng) if n_exploring < sizes.size else 0
+    action, place = 0, 1
+    for member in range(sizes.size - 1, -1, -1):  # C order: the last member's part counts ones
+        part = parts[member] if parts[member] >= 0 else joint % sizes[member]
+        joint //= sizes[member]
+        action += part * place
+        place *= sizes[member]
+    return action
+
+
+@kernel
+def play(
+    world: World,
+    sizes: IntArray,
+    parts: IntArray,
+    cut: bool,
+    traces: Traces,
+    decay: Decay,
+    q: FloatArray,
+    weights: FloatArray,
+    settings: Settings,
+    log: ChangeLog,
+    record: Record,
+    rng: Stream,
+) -> int:
+    """Play and learn one team's next episodes; return how many stayed finite."""
+    alpha = settings.alpha
+    for episode in range(record.steps.size):
+        state, steps, total, terminated = reset(world, rng), 0, 0.0, False
+        note_state(record, 0, state)
+        while not terminated and steps < world.max_episode_steps:
+            bring_up_to_date(traces, q, weights, alpha, log, state)
+            action = team_action(q, state, sizes, parts, record.epsilon[0], settings.random_ties, rng)
+            if cut and q[state, action] < row_max(q, state):
+                settle(traces, q, weights, alpha, log, False)
+            next_state, reward, terminated = step(world, state, action, rng)
+            discount = settings.terminal_discount if terminated else settings.gamma
+            bring_up_to_date(traces, q, weights, alpha, log, next_state)
+            delta = reward + discount * row_max(q, next_state) - q[state, action]
+            if not np.isfinite(delta):
+                return episode
+            if decay.decay == 0.0:  # the product of decays would be 0, and nothing can be divided by it
+                mark(log, state)
+                q[state, action] += alpha * weights[action] * delta
+            else:
+                visit(traces, decay, state, action)
+                learn_from(traces, decay, q, weights, alpha, log, delta)
+            state, steps, total = next_state, steps + 1, total + reward
+            note_state(record, steps, state)
+        if not settle(traces, q, weights, alpha, log, decay.carried):
+            return episode
+        note_episode(record, settings, episode, steps, total)
+        close_episode(log, q)
+    return record.steps.size
+
+
+class TeamQ(TracingLearner):
+    """Team-Q for one team or several, each in its own copy of the problem; `n_agents` counts teams.
+
+    Parameters
+    ----------
+    env
+        A joint problem: a :class:`~tuckerl.TabularMDP` with `action_sizes`, or a PettingZoo parallel environment that
+        carries one. :class:`~tuckerl.learners.tracing.TracingLearner` has the other parameters.
+    cut : bool
+        Whether a joint action below the row's maximum zeroes all traces before its own update (Watkins).
+    exploration : "members" or "team"
+        Whether each member draws on its own, or one draw makes the whole joint action random.
+
+    References
+    ----------
+    Littman, Cognitive Systems Research 2, 2001; Watkins, *Learning from Delayed Rewards*, 1989; the paper's Figure 13.
+
+    Examples
+    --------
+    >>> import tuckerl
+    >>> team = tuckerl.TeamQ("tuckerl/RobotRescue-v0", seed=0).learn(episodes=2)
+    >>> team.q.shape
+    (1, 36864, 25)
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        *,
+        cut: bool = True,
+        exploration: Literal["members", "team"] = "members",
+        lambda_: float = 0.95,
+        trace: Literal["replacing", "accumulating"] = "replacing",
+        carry_trace: bool = False,
+        **parameters: Unpack[LearnerParameters],
+    ) -> None:
+        super().__init__(env, lambda_=lambda_, trace=trace, carry_trace=carry_trace, **parameters)
+        self.cut = check_flag("cut", cut)
+        self.exploration = check_name("exploration", exploration, ("members", "team"))
+        sizes: tuple[int, ...] = (self.problem.n_actions,)
+        if isinstance(self.problem, TabularMDP) and self.exploration == "members":
+            sizes = self.problem.action_sizes
+        self._sizes: IntArray = np.array(sizes, dtype=np.int64)
+
+    def _play(self, agent: int, record: Record) -> int:
+        return play(
+            self._worlds[agent],
+            self._sizes,
+            np.zeros_like(self._sizes),
+            self.cut,
+            self._traces[agent],
+            self._decay,
+            self._q[agent],
+            self._weights,
+            self._settings,
+            self._logs[agent],
+            record,
+            self._streams[agent],
+        )
+
+    def _parameters(self) -> dict[str, Any]:
+        return super()._parameters() | {"cut": self.cut, "exploration": self.exploration}

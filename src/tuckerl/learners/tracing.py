@@ -1,0 +1,87 @@
+"""What learners with eligibility traces have in common: their parameters, sharing traces, keeping them in a file."""
+
+from typing import Any, Literal, Unpack
+
+import numpy as np
+
+from tuckerl.checks import check_flag, check_name, check_real
+from tuckerl.learners.learner import Learner
+from tuckerl.learners.parameters import LearnerParameters
+from tuckerl.learners.saved import Arrays, of_prefix, with_prefix
+from tuckerl.learners.traces import Decay, empty_traces
+from tuckerl.problems.resolve import Environment
+from tuckerl.types import FloatArray
+
+
+class TracingLearner(Learner):
+    """A learner with eligibility traces.
+
+    Parameters
+    ----------
+    env
+        As for every :class:`~tuckerl.learners.learner.Learner`, whose other parameters hold too.
+    lambda_ : float in [0, 1]
+        How strongly traces last; 0 is the one-step algorithm.
+    trace : "replacing" or "accumulating"
+        Whether a visit sets a pair's trace to 1 or adds 1 to it.
+    carry_trace : bool
+        Whether traces go on from one episode to the next. Then a copy of an agent's table takes its trace along, and
+        a mixture of tables begins without traces.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        *,
+        lambda_: float = 0.95,
+        trace: Literal["replacing", "accumulating"] = "replacing",
+        carry_trace: bool = False,
+        **parameters: Unpack[LearnerParameters],
+    ) -> None:
+        super().__init__(env, **parameters)
+        self.lambda_ = check_real("lambda_", lambda_, 0.0, 1.0)
+        self.trace = check_name("trace", trace, ("replacing", "accumulating"))
+        self.carry_trace = check_flag("carry_trace", carry_trace)
+        self._decay = Decay(self.gamma * self.lambda_, self.trace == "replacing", self.carry_trace)
+        shape = (self.problem.n_states, self.problem.n_actions)
+        self._traces = tuple(empty_traces(*shape) for _ in range(self.n_agents))
+
+    def _share(self, mixture: FloatArray) -> None:
+        super()._share(mixture)
+        chosen = int(np.argmax(mixture)) if np.count_nonzero(mixture) == 1 else None
+        held = None if chosen is None else self._traces_of(chosen)
+        for agent in range(self.n_agents):
+            if agent != chosen:
+                self._set_traces(agent, held)
+
+    def _traces_of(self, agent: int) -> Arrays:
+        """Return the traces as they are between episodes, when phi is 1 and every row is up to date."""
+        traces = self._traces[agent]
+        rows = traces.rows[: traces.n_rows[0]].copy()
+        return {"rows": rows, "constant": traces.constant[rows]}
+
+    def _set_traces(self, agent: int, held: Arrays | None) -> None:
+        """Replace an agent's traces by those that `_traces_of` returned, or by none."""
+        traces = self._traces[agent]
+        before = traces.rows[: traces.n_rows[0]]
+        traces.constant[before], traces.active[before] = 0.0, False
+        rows = np.zeros(0, dtype=np.uint32) if held is None else held["rows"]
+        traces.rows[: rows.size], traces.n_rows[0] = rows, rows.size
+        traces.seen[rows], traces.active[rows] = 0.0, True
+        if held is not None:
+            traces.constant[rows] = held["constant"]
+
+    def _parameters(self) -> dict[str, Any]:
+        own = {"lambda_": self.lambda_, "trace": self.trace, "carry_trace": self.carry_trace}
+        return super()._parameters() | own
+
+    def _saved_arrays(self) -> Arrays:
+        saved = super()._saved_arrays()
+        for agent in range(self.n_agents):
+            saved |= with_prefix(f"traces{agent}", self._traces_of(agent))
+        return saved
+
+    def _restore_arrays(self, arrays: Arrays) -> None:
+        super()._restore_arrays(arrays)
+        for agent in range(self.n_agents):
+            self._set_traces(agent, of_prefix(f"traces{agent}", arrays))
