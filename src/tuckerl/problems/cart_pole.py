@@ -1,11 +1,12 @@
 r"""Cart pole (the paper's section IV.A, Figure 9): push a cart left or right so that the pole on it stays up.
 
 The state is (x, x', theta, theta'): the cart's place in m and its speed, the pole's angle from upright in radians and
-its rate; positive is right and clockwise. With force F, masses M and m of cart and pole, and half the pole's length l,
+its rate; positive is right and clockwise. With force F, masses M and m of cart and pole, the pole's share
+mu = m / (M + m) of the mass and half its length l,
 
-.. math:: u = \frac{F + m l \theta'^2 \sin\theta}{M + m}, \qquad
-          \theta'' = \frac{g \sin\theta - u \cos\theta}{l\,(4/3 - m \cos^2\theta / (M + m))}, \qquad
-          x'' = u - \frac{m l\,\theta'' \cos\theta}{M + m}
+.. math:: u = \frac{F}{M + m} + \mu l \theta'^2 \sin\theta, \qquad
+          \theta'' = \frac{g \sin\theta - u \cos\theta}{l\,(4/3 - \mu \cos^2\theta)}, \qquad
+          x'' = u - \mu l\,\theta'' \cos\theta
 
 (Barto, Sutton and Anderson, IEEE Transactions on Systems, Man, and Cybernetics 13, 1983), in Euler steps that move the
 positions by the old speeds. Grid, rewards and start are those of J. A. Martin H.'s SARSA demonstration.
@@ -54,15 +55,14 @@ def step(parameters: FloatArray, state: FloatArray, action: int, rng: Stream) ->
     """Push for one time step; return the new state's reward and whether it is a failure."""
     x, speed, angle, rate = float(state[0]), float(state[1]), float(state[2]), float(state[3])
     half_length, time_step = parameters[HALF_LENGTH], parameters[TIME_STEP]
+    # What depends on the parameters alone is divided first: one division waits for the state, not four.
     mass = parameters[CART_MASS] + parameters[POLE_MASS]
-    moment = parameters[POLE_MASS] * half_length
+    share = parameters[POLE_MASS] / mass
     sine, cosine = math.sin(angle), math.cos(angle)
-    push = parameters[FORCE] * (action - NO_FORCE) / 10.0
-    push = (push + moment * rate * rate * sine) / mass
-    turn = parameters[GRAVITY] * sine - cosine * push
-    turn /= half_length * (4.0 / 3.0 - parameters[POLE_MASS] * cosine * cosine / mass)
+    push = parameters[FORCE] * (action - NO_FORCE) / (10.0 * mass) + share * half_length * rate * rate * sine
+    turn = (parameters[GRAVITY] * sine - push * cosine) / (half_length * (4.0 / 3.0 - share * cosine * cosine))
     x += time_step * speed
-    speed += time_step * (push - moment * turn * cosine / mass)
+    speed += time_step * (push - share * half_length * turn * cosine)
     angle += time_step * rate
     rate += time_step * turn
     state[0], state[1], state[2], state[3] = x, speed, angle, rate
@@ -80,13 +80,12 @@ def index(parameters: FloatArray, state: FloatArray) -> int:
         return FALLEN
     if abs(state[0]) > parameters[TRACK]:
         return OFF_TRACK
-    x = 1 if state[0] > 0.0 else 0
-    speed = 2 if state[1] > 0.0 else (1 if state[1] == 0.0 else 0)
-    rate = 1 if state[3] > 0.0 else 0
+    x, rate = int(state[0] > 0.0), int(state[3] > 0.0)
+    speed = 1 + int(state[1] > 0.0) - int(state[1] < 0.0)
     degrees = state[2] * (180.0 / math.pi)
     angle = 0
     for i in range(8):  # how many of the middles between -12, -9, ..., 12 lie below
-        angle += 1 if degrees > -10.5 + 3.0 * i else 0
+        angle += int(degrees > -10.5 + 3.0 * i)
     return ((x * 3 + speed) * 9 + angle) * 2 + rate
 
 
