@@ -7,8 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
+from tuckerl.studies.runner import Tables
 from tuckerl.studies.statistics import MEASURES, Difference, compare
 from tuckerl.studies.study import Comparison, Scenario, Study
+
+N_SCENARIOS = 3  # in the paper
+MOST_TIME = 1.5  # times the base's processor time is no big computational load
 
 _NOTHING = Difference(math.nan, math.nan, math.nan, 0, 0)
 
@@ -41,14 +45,22 @@ class Claim(NamedTuple):
         }
 
 
-def test_claims(study: Study, runs: pl.DataFrame, weights: pl.DataFrame) -> list[Claim]:
-    """Return every claim of the study's scenarios, in the order of their numbers."""
-    claims = []
-    for scenario in study.scenarios:
-        own = runs.filter(pl.col("scenario") == scenario.name)
-        claims += [_compared(study, scenario, comparison, own) for comparison in scenario.comparisons]
-    claims.append(_weights_in_range(weights))
+def test_claims(study: Study, tables: Tables) -> list[Claim]:
+    """Return every claim of the study's scenarios, in the order of their numbers.
+
+    C8, which speaks of all of the paper's scenarios, is tested where the study has them all.
+    """
+    claims = [claim for scenario in study.scenarios for claim in compared_claims(study, scenario, tables.runs)]
+    claims.append(_weights_in_range(tables.weights))
+    if len(study.scenarios) == N_SCENARIOS:
+        claims.append(_processor_time(study, tables.times))
     return sorted(claims, key=lambda claim: int(claim.id[1:]))
+
+
+def compared_claims(study: Study, scenario: Scenario, runs: pl.DataFrame) -> list[Claim]:
+    """Return the claims that compare variants of one scenario."""
+    own = runs.filter(pl.col("scenario") == scenario.name)
+    return [_compared(study, scenario, comparison, own) for comparison in scenario.comparisons]
 
 
 def _compared(study: Study, scenario: Scenario, comparison: Comparison, runs: pl.DataFrame) -> Claim:
@@ -66,6 +78,30 @@ def _compared(study: Study, scenario: Scenario, comparison: Comparison, runs: pl
         control,
         difference.n_pairs,
         f"{comparison.candidate} against {comparison.base}; control {comparison.control}",
+    )
+
+
+def _processor_time(study: Study, times: pl.DataFrame) -> Claim:
+    """C8: the T-version takes at most 1.5 times the base's processor time per run and agent, in every scenario."""
+    means = times.group_by("scenario", "variant").agg((pl.col("seconds") / pl.col("agents")).mean())
+    seconds = {(scenario, variant): mean for scenario, variant, mean in means.iter_rows()}
+    parts, worst = [], 0.0
+    for scenario in study.scenarios:
+        family = scenario.family
+        base = seconds[scenario.name, family.base]
+        names = [v.name for v in scenario.variants if v.name.startswith(f"{family.t_version}-")]
+        ratios = [seconds[scenario.name, name] / base for name in names]
+        worst = max(worst, *ratios)
+        parts.append(f"{scenario.title} {min(ratios):.2g} to {max(ratios):.2g}")
+    return Claim(
+        "C8",
+        "the tensor step does not imply a big computational load",
+        "all",
+        "holds" if worst <= MOST_TIME else "does not hold",
+        _NOTHING,
+        _NOTHING,
+        times.height,
+        f"processor time per run and agent, over the base's: {'; '.join(parts)}; allowed {MOST_TIME:g}",
     )
 
 

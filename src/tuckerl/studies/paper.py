@@ -1,10 +1,12 @@
 """The experiments of the paper, by name. To add one, write its file and list it here."""
 
 from tuckerl.checks import check_int, check_name
+from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.dyna_maze import DYNA_MAZE
+from tuckerl.studies.robot_rescue import ROBOT_RESCUE
 from tuckerl.studies.study import Study
 
-SCENARIOS = {scenario.name: scenario for scenario in (DYNA_MAZE,)}
+SCENARIOS = {scenario.name: scenario for scenario in (CART_POLE, DYNA_MAZE, ROBOT_RESCUE)}
 
 QUICK_INSTANCES, QUICK_RUNS, QUICK_EPISODES = 2, 5, 50
 

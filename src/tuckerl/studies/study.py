@@ -8,7 +8,7 @@ number of workers least of all, can change a result.
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,7 @@ class Family:
     learner: type[Learner]
     parameters: Mapping[str, Any]
     step: TensorStep  # of the T-version, with the paper's share
+    n_actions: int
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,42 @@ class Comparison:
     control: str
 
 
+class Assumption(NamedTuple):
+    """What the paper leaves open and how this study reads it."""
+
+    mark: str  # INVENTED, INFERRED or OVERRULED
+    text: str
+
+
+INVENTED, INFERRED, OVERRULED = "D", "I", "P!"
+"""Ours; inferred from the paper; printed in the paper and overruled by a public source behind the scenario."""
+
+SHARED_ASSUMPTIONS = (
+    Assumption(INFERRED, "One pass of the paper's inner loop is one whole episode of one agent."),
+    Assumption(
+        INFERRED,
+        "The tables are factorised after every tenth episode, once all agents have finished it (Figure 7 prints it "
+        "inside "
+        "the loop over agents: taken as a misprint).",
+    ),
+    Assumption(
+        INVENTED,
+        "The decomposition is Tucker3 by alternating least squares, stopped when the fit changes by less than 1e-4, "
+        "started "
+        "from the truncated HOSVD where the paper's toolbox starts at random.",
+    ),
+    Assumption(
+        INVENTED,
+        "Ranks above what a window allows are clipped; a window of zeros changes nothing; a run that leaves the finite "
+        "numbers is marked diverged in that episode and left out of comparisons.",
+    ),
+    Assumption(INVENTED, "Ties between agents go to the lowest index; an action whose weight is 0 stays at 0."),
+    Assumption(
+        INVENTED, "Tables begin at zero. Nothing is bootstrapped from a terminal state, and all from a truncated one."
+    ),
+)
+
+
 @dataclass(frozen=True)
 class Scenario:
     """A problem, or several, and what is compared on it."""
@@ -110,7 +147,9 @@ class Scenario:
     variants: tuple[Variant, ...]
     comparisons: tuple[Comparison, ...]
     pictured: tuple[str, ...]  # variants whose best paths in run 0 of instance 0 are kept
-    assumptions: tuple[str, ...]  # what the paper leaves open and this study invents
+    family: Family
+    measure: str  # what its figure shows: a name in statistics.MEASURES
+    assumptions: tuple[Assumption, ...]
 
     def specification(self) -> dict[str, Any]:
         """Return all that decides the scenario's results, as JSON."""

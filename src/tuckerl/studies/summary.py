@@ -50,7 +50,7 @@ class Summary(NamedTuple):
 
 def summarise(study: Study, tables: Tables) -> tuple[list[Claim], list[Summary]]:
     """Return the claims' verdicts and a summary of each scenario."""
-    claims = test_claims(study, tables.runs, tables.weights)
+    claims = test_claims(study, tables)
     return claims, [_summary(scenario, tables) for scenario in study.scenarios]
 
 

@@ -1,0 +1,78 @@
+"""Which ingredient does the work: from the base to the whole method, one ingredient more at a time.
+
+base -> + a constant smaller rate -> + the weights on random actions -> + on their own actions -> + sharing, by each
+rule; and beside it the base that has the smaller rate from the first episode on, alpha / sqrt(A).
+"""
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+
+from tuckerl.generalization.sharing import SHARING
+from tuckerl.studies.statistics import MEASURES, Difference, compare
+from tuckerl.studies.study import Scenario, Study, Variant, variant
+
+N_INSTANCES, N_RUNS = 3, 20
+SEVERAL = 3
+
+
+class Ingredient(NamedTuple):
+    """One step of the way from the base to the whole method."""
+
+    label: str
+    variant: str
+    difference: Difference  # to the base, in favour of the method
+
+
+class Gain(NamedTuple):
+    """The way of one scenario."""
+
+    scenario: Scenario
+    ingredients: tuple[Ingredient, ...]
+
+
+def gain_study(study: Study, n_runs: int = N_RUNS) -> Study:
+    """Return the small study that takes the gains of `study` apart, on the same seeds."""
+    return Study(tuple(_scenario(scenario, n_runs) for scenario in study.scenarios), study.seed)
+
+
+def gains(study: Study, runs: pl.DataFrame) -> list[Gain]:
+    """Return every scenario's ingredients from the runs of a study that `gain_study` made."""
+    return [_gain(study, scenario, runs.filter(pl.col("scenario") == scenario.name)) for scenario in study.scenarios]
+
+
+def _scenario(scenario: Scenario, n_runs: int) -> Scenario:
+    variants = tuple(made for _, made in _ways(scenario))
+    small = scenario.resized(min(scenario.n_instances, N_INSTANCES), min(scenario.n_runs, n_runs))
+    return replace(small, variants=variants, comparisons=(), pictured=())
+
+
+def _ways(scenario: Scenario) -> list[tuple[str, Variant]]:
+    """Return each step's label and variant, the base first."""
+    family = scenario.family
+    t = family.t_version
+    shares = [share for share in SHARING if share != "none"]
+    named = [
+        ("the base", family.base),
+        ("+ constant rate", "constant-1"),
+        ("+ weights on random actions", "permuted-1"),
+        ("+ weights on their actions", f"{t}-1"),
+        *((f"+ sharing by {share}, {SEVERAL} agents", f"{t}-{SEVERAL}-{share}") for share in shares),
+    ]
+    base = variant(family, family.base)
+    alpha = family.parameters["alpha"] / math.sqrt(family.n_actions)
+    slow = replace(base, name=f"{family.base}-slow", parameters={**family.parameters, "alpha": alpha})
+    return [*((label, variant(family, name)) for label, name in named), ("the base at alpha/√|A|", slow)]
+
+
+def _gain(study: Study, scenario: Scenario, runs: pl.DataFrame) -> Gain:
+    measure = MEASURES[scenario.measure]
+    base, *others = _ways(scenario)
+    ingredients = []
+    for place, (label, made) in enumerate(others):
+        rng = np.random.default_rng([study.seed, scenario.number, place])
+        ingredients.append(Ingredient(label, made.name, compare(runs, base[1].name, made.name, measure, rng)))
+    return Gain(scenario, tuple(ingredients))
