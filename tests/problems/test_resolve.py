@@ -4,16 +4,21 @@ import warnings
 from typing import Any
 
 import gymnasium
+import pettingzoo  # type: ignore[import-untyped]  # it publishes no type information
 import pytest
 from gymnasium.wrappers import OrderEnforcing, TimeLimit, TransformReward
+from pettingzoo.utils import BaseParallelWrapper, parallel_to_aec  # type: ignore[import-untyped]
+from pettingzoo.utils.wrappers import MultiEpisodeParallelEnv  # type: ignore[import-untyped]
 
 from tuckerl.errors import MazeError, ParameterTypeError, ProblemError, UnknownNameError
 from tuckerl.problems.dyna_maze import DynaMazeEnv
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.resolve import as_problem
+from tuckerl.problems.robot_rescue_env import RobotRescueEnv
 
 ID = "tuckerl/DynaMaze-v0"
+TEAM_ID = "tuckerl/RobotRescue-v0"
 
 
 class WatchedMaze(DynaMazeEnv):
@@ -48,6 +53,7 @@ def test_an_id_is_made_with_its_time_limit_and_without_a_word() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         problem = as_problem(ID)
+    assert isinstance(problem, TabularMDP)
     assert problem.n_states == 39 * 36
     assert problem.max_episode_steps == 2000
     assert problem.arrays.max_episode_steps == 2000
@@ -108,12 +114,74 @@ def test_an_environment_without_its_transitions_is_refused() -> None:
 
 @pytest.mark.parametrize("env", [3, None, [ID]])
 def test_other_things_are_refused(env: Any) -> None:
-    with pytest.raises(ParameterTypeError, match="env must be a Gymnasium id or environment, a callable"):
+    with pytest.raises(
+        ParameterTypeError,
+        match="env must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable",
+    ):
         as_problem(env)
 
 
 def test_callables_must_make_environments() -> None:
-    with pytest.raises(ParameterTypeError, match="the callable must make a Gymnasium environment; it made 3"):
+    with pytest.raises(ParameterTypeError, match=r"the callable must make a Gymnasium environment or .*; it made 3"):
         as_problem(lambda: 3)  # type: ignore[arg-type, return-value]  # that is the point
     with pytest.raises(MazeError, match="goal must lie inside"):
         as_problem(lambda: DynaMazeEnv(rows=3))
+
+
+class WatchedRescue(RobotRescueEnv):
+    """A small rescue that counts how often it is closed."""
+
+    closed = 0
+
+    def __init__(self) -> None:
+        super().__init__(".H.\nATB", max_cycles=7)
+
+    def close(self) -> None:
+        type(self).closed += 1
+
+
+@pytest.mark.parametrize("name", [TEAM_ID, f"tuckerl:{TEAM_ID}"])
+def test_parallel_environments_by_id(name: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        problem = as_problem(name)
+    assert isinstance(problem, TabularMDP)
+    assert (problem.n_states, problem.action_sizes, problem.max_episode_steps) == (36_864, (5, 5), 1000)
+
+
+@pytest.mark.parametrize("name", ["tuckerl/RobotRescue-v1", "tuckerl/robotrescue-v0", "tuckerl/RobotRescue_v0"])
+def test_a_misspelt_parallel_id_is_put_right(name: str) -> None:
+    with pytest.raises(UnknownNameError, match=rf"unknown environment '{name}': did you mean '{TEAM_ID}'\?"):
+        as_problem(name)
+
+
+def test_parallel_instances_are_not_closed_and_callables_are() -> None:
+    watched: type[WatchedRescue] = type("Watched", (WatchedRescue,), {"closed": 0})
+    env = watched()
+    assert as_problem(env) is env.mdp
+    assert as_problem(BaseParallelWrapper(env)) is env.mdp
+    assert watched.closed == 0
+    assert as_problem(watched).max_episode_steps == 7
+    assert watched.closed == 1
+    assert as_problem(lambda: pettingzoo.make("parallel", TEAM_ID, max_cycles=9)).max_episode_steps == 9
+    assert as_problem(lambda: pettingzoo.make("parallel", TEAM_ID, max_cycles=-1)).max_episode_steps is None
+
+
+def test_parallel_wrappers_that_may_change_what_happens_are_refused() -> None:
+    with pytest.raises(ProblemError, match="the wrapper MultiEpisodeParallelEnv may change what RobotRescue-v0 does"):
+        as_problem(BaseParallelWrapper(MultiEpisodeParallelEnv(WatchedRescue(), 2)))
+
+
+def test_a_parallel_environment_needs_joint_transitions() -> None:
+    env = WatchedRescue()
+    env.mdp = TabularMDP([[0] * 25], [[0] * 25], [[True] * 25])
+    with pytest.raises(ProblemError, match=r"one of its action_sizes for each of the 2 agents; got \(25,\)"):
+        as_problem(env)
+    env.mdp = None  # type: ignore[assignment]  # that is the point
+    with pytest.raises(ProblemError, match="does not carry its joint transitions"):
+        as_problem(env)
+
+
+def test_environments_played_in_turns_are_refused() -> None:
+    with pytest.raises(ParameterTypeError, match="a PettingZoo parallel environment, the id of one"):
+        as_problem(parallel_to_aec(WatchedRescue()))

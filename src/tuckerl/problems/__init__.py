@@ -1,9 +1,10 @@
-"""What is learned on: finite MDPs as arrays, mazes, and the Gymnasium environments made of them.
+"""What is learned on: finite MDPs as arrays, mazes, and the Gymnasium and PettingZoo environments made of them.
 
-To add an environment, write its file and list it in `ENVIRONMENTS`.
+To add an environment, write its file and list it in `ENVIRONMENTS` or, for several agents, `PARALLEL_ENVIRONMENTS`.
 """
 
 import gymnasium
+import pettingzoo  # type: ignore[import-untyped]  # it publishes no type information
 
 ENVIRONMENTS = {
     "tuckerl/CartPole-v0": {"entry_point": "tuckerl.problems.cart_pole:CartPoleEnv", "max_episode_steps": 1000},
@@ -11,9 +12,17 @@ ENVIRONMENTS = {
 }
 """Gymnasium ids and what is registered for them."""
 
+PARALLEL_ENVIRONMENTS = {
+    "tuckerl/RobotRescue-v0": {"entry_point": "tuckerl.problems.robot_rescue_env:parallel_env", "max_cycles": 1000},
+}
+"""PettingZoo ids of parallel environments and what is registered for them."""
+
 
 def register_environments() -> None:
-    """Register all environments with Gymnasium; those that are registered already stay as they are."""
+    """Register all environments with Gymnasium and PettingZoo; those that are registered already stay as they are."""
     for name, specification in ENVIRONMENTS.items():
         if name not in gymnasium.registry:
             gymnasium.register(name, **specification)  # type: ignore[arg-type]  # a mapping of keywords
+    for name, specification in PARALLEL_ENVIRONMENTS.items():
+        if name not in pettingzoo.parallel_registry:
+            pettingzoo.register("parallel", name, **specification)

@@ -1,10 +1,13 @@
 """From whatever a user calls an environment to the problem that a kernel plays."""
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Any, Protocol
 
 import gymnasium
+import pettingzoo  # type: ignore[import-untyped]  # it publishes no type information
 from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
+from pettingzoo.utils import BaseParallelWrapper  # type: ignore[import-untyped]
 
 from tuckerl.checks import check_name
 from tuckerl.errors import ParameterTypeError, ProblemError
@@ -13,8 +16,27 @@ from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.simulator import Simulator
 
 GymEnvironment = gymnasium.Env[Any, Any]
+
+
+class ParallelEnvironment(Protocol):
+    """A PettingZoo parallel environment that carries its joint transitions.
+
+    PettingZoo's own class would do, but it is `Any` to the type checker, and a union with that checks nothing.
+    """
+
+    mdp: TabularMDP
+
+    @property
+    def possible_agents(self) -> Sequence[Any]:
+        """All agents, in the order in which their actions make a joint action."""
+
+    def close(self) -> None:
+        """Let go of what the environment holds."""
+
+
 Problem = TabularMDP | Simulator
-Environment = str | GymEnvironment | Callable[[], GymEnvironment] | Problem | Maze
+Made = GymEnvironment | ParallelEnvironment
+Environment = str | Made | Callable[[], Made] | Problem | Maze
 
 # Wrappers that leave observations, rewards and ends as they are (but for the time limit, which is taken over).
 _TRANSPARENT = (TimeLimit, OrderEnforcing, PassiveEnvChecker)
@@ -26,54 +48,96 @@ def as_problem(env: Environment) -> Problem:
     Parameters
     ----------
     env
-        A :class:`TabularMDP`, a :class:`Simulator`, a :class:`Maze`, or a Gymnasium environment that carries one
-        of the first two as its attribute ``mdp`` or ``simulator``: by id, as an instance, or as a callable that
-        makes one.
+        A :class:`TabularMDP`, a :class:`Simulator`, a :class:`Maze`; a Gymnasium environment that carries one of the
+        first two as its attribute ``mdp`` or ``simulator``; or a PettingZoo parallel environment whose ``mdp`` is a
+        :class:`TabularMDP` of joint states and joint actions. Environments: by id (Gymnasium's, else PettingZoo's), as
+        an instance, or as a callable that makes one.
 
     Raises
     ------
     UnknownNameError
         If no environment has this id.
     ProblemError
-        If the environment carries neither, or a wrapper changes what it does.
+        If the environment carries neither, a wrapper changes what it does, or its joint actions do not belong to its
+        agents.
     """
     if isinstance(env, (TabularMDP, Simulator)):
         return env
     if isinstance(env, Maze):
         return env.to_mdp()
     if isinstance(env, str):
-        if ":" not in env:  # "module:id" imports what registers the id first; Gymnasium sees to it
-            check_name("environment", env, gymnasium.registry)
-        return _lift_and_close(gymnasium.make(env, disable_env_checker=True))
-    if isinstance(env, gymnasium.Env):
+        return _lift_and_close(_make(env))
+    if isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
         return _lift(env)
     if callable(env):
         made = env()
-        if not isinstance(made, gymnasium.Env):
-            raise ParameterTypeError(f"the callable must make a Gymnasium environment; it made {made!r}")
+        if not isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
+            raise ParameterTypeError(
+                f"the callable must make a Gymnasium environment or a PettingZoo parallel environment; it made {made!r}"
+            )
         return _lift_and_close(made)
     raise ParameterTypeError(
-        f"env must be a Gymnasium id or environment, a callable that makes one, a TabularMDP, "
-        f"a Simulator or a Maze; got {env!r}"
+        f"env must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that makes "
+        f"one, a TabularMDP, a Simulator or a Maze; got {env!r}"
     )
 
 
-def _lift_and_close(env: GymEnvironment) -> Problem:
+def _make(name: str) -> Made:
+    """Return the environment of this id; "module:id" imports what registers the id first."""
+    module, _, plain = name.rpartition(":")
+    if module:
+        import_module(module)
+    check_name("environment", plain, {*gymnasium.registry, *pettingzoo.parallel_registry})
+    if plain in gymnasium.registry:
+        return gymnasium.make(plain, disable_env_checker=True)
+    made: ParallelEnvironment = pettingzoo.make("parallel", plain)
+    return made
+
+
+def _lift_and_close(env: Made) -> Problem:
     try:
         return _lift(env)
     finally:
         env.close()
 
 
-def _lift(env: GymEnvironment) -> Problem:
+def _lift(env: Made) -> Problem:
+    return _lift_single(env) if isinstance(env, gymnasium.Env) else _lift_parallel(env)
+
+
+def _lift_parallel(env: Any) -> TabularMDP:
+    layer = env
+    while isinstance(layer, BaseParallelWrapper):
+        if type(layer) is not BaseParallelWrapper:  # a subclass may override anything; the base passes all on
+            raise _may_change(layer, env)
+        layer = layer.env
+    mdp = getattr(layer, "mdp", None)
+    if not isinstance(mdp, TabularMDP):
+        raise ProblemError(
+            f"{layer} does not carry its joint transitions as an attribute `mdp`: describe it as a tuckerl.TabularMDP"
+        )
+    n_agents = len(layer.possible_agents)
+    if len(mdp.action_sizes) != n_agents:
+        raise ProblemError(
+            f"the mdp of {layer} must have one of its action_sizes for each of the {n_agents} agents; "
+            f"got {mdp.action_sizes}"
+        )
+    return mdp
+
+
+def _may_change(wrapper: Any, env: Any) -> ProblemError:
+    return ProblemError(
+        f"the wrapper {type(wrapper).__name__} may change what {env.unwrapped} does, so its transitions cannot "
+        "be taken from it: learn on the environment without it"
+    )
+
+
+def _lift_single(env: GymEnvironment) -> Problem:
     limits = []
     layer: GymEnvironment = env
     while isinstance(layer, gymnasium.Wrapper):
         if type(layer) not in _TRANSPARENT:  # a subclass may override anything
-            raise ProblemError(
-                f"the wrapper {type(layer).__name__} may change what {env.unwrapped} does, so its transitions cannot "
-                "be taken from it: learn on the environment without it"
-            )
+            raise _may_change(layer, env)
         if isinstance(layer, TimeLimit):
             limits.append(layer._max_episode_steps)
         layer = layer.env

@@ -31,7 +31,6 @@ from tuckerl.types import BoolArray, FloatArray, IntArray
 
 GRIPS = 3
 NOT_GRIPPING, ON_ITS_RIGHT, ON_ITS_LEFT = range(GRIPS)
-STAY = len(MOVES) - 1
 NOWHERE = -1
 
 
@@ -190,7 +189,7 @@ class _Table:
 
     def move_together(self, states: IntArray, moves: tuple[int, int]) -> tuple[IntArray, BoolArray]:
         """Return the next states where both robots grip, and whether the object comes home."""
-        if moves[0] != moves[1] or moves[0] == STAY:
+        if moves[0] != moves[1]:
             return states, np.zeros(states.size, dtype=np.bool_)
         cell, grip = self.robots(states)
         to_0, to_1 = self.to[cell[0], moves[0]], self.to[cell[1], moves[0]]

@@ -176,6 +176,8 @@ def _can_grip(world: RescueMap) -> bool:
     One moves at a time: with two robots, every joint move that the rules allow is two such moves in some order.
     """
     goal = set(_beside(world.object_cell))
+    # A set of pairs: asking the array, cell by cell, takes most of the search's time.
+    open_cells = {world.cell(int(number)) for number in np.flatnonzero(~world.obstacles)} - {world.object_cell}
     seen = {world.robot_cells}
     frontier = [world.robot_cells]
     while frontier:
@@ -187,7 +189,7 @@ def _can_grip(world: RescueMap) -> bool:
                 continue
             for down, right in MOVES:
                 to = (cells[robot][0] + down, cells[robot][1] + right)
-                if to in (world.object_cell, cells[1 - robot]) or not world.is_free(to):
+                if to not in open_cells or to == cells[1 - robot]:
                     continue
                 reached = (to, cells[1]) if robot == 0 else (cells[0], to)
                 if reached not in seen:
