@@ -139,6 +139,16 @@ def compiled_function(function: Callable[..., Any], role: str) -> Any:
     return _users_function(function, role)
 
 
+# Bounds are checked: a slip in a user's function must not write where it does not belong.
+_USERS_OPTIONS: dict[str, Any] = {
+    "_nrt": False,
+    "error_model": "numpy",
+    "boundscheck": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+
+
 @functools.cache
 def _own_function(function: Callable[..., Any], role: str) -> Any:
     with _our_cache_folder():
@@ -152,10 +162,10 @@ def _users_function(function: Callable[..., Any], role: str) -> Any:
     """
     signature = _SIGNATURES[role]
     try:
-        inner: Any = numba.njit(error_model="numpy", boundscheck=True)(getattr(function, "py_func", function))
+        inner: Any = numba.njit(**_USERS_OPTIONS)(getattr(function, "py_func", function))
         inner.compile(signature.args)
         returned = inner.overloads[signature.args].signature.return_type
-        guarded = _cfunc(signature)(_GUARDS[role](inner)) if _fits(returned, role) else None
+        guarded = _cfunc(signature, _nrt=False)(_GUARDS[role](inner)) if _fits(returned, role) else None
     except (NumbaError, TypeError, ValueError, NotImplementedError) as error:
         raise SimulatorError(
             f"the simulator's {role} cannot be compiled: it may use numbers, arrays, math and tuckerl.rng.uniform, and "
@@ -180,18 +190,18 @@ def _guard_reset(function: Any) -> Callable[..., Any]:
         try:
             function(parameters, state, rng)
         except Exception:  # noqa: BLE001  # whatever a user's function raises; Numba knows no other clause
-            state[:] = math.nan
+            state[0] = math.nan
 
     return reset
 
 
 def _guard_step(function: Any) -> Callable[..., Any]:
-    def step(parameters: Any, state: Any, action: int, rng: Any) -> tuple[float, bool]:
+    def step(parameters: Any, state: Any, action: int, rng: Any) -> Any:
         try:
-            reward, terminated = function(parameters, state, action, rng)
-        except Exception:  # noqa: BLE001  # whatever a user's function raises; Numba knows no other clause
-            reward, terminated = math.nan, True
-        return reward, terminated
+            result = function(parameters, state, action, rng)
+        except Exception:  # noqa: BLE001  # as above
+            result = math.nan, True
+        return result
 
     return step
 
@@ -200,7 +210,7 @@ def _guard_index(function: Any) -> Callable[..., Any]:
     def index(parameters: Any, state: Any) -> Any:
         try:
             row = function(parameters, state)
-        except Exception:  # noqa: BLE001  # whatever a user's function raises; Numba knows no other clause
+        except Exception:  # noqa: BLE001  # as above
             row = -1
         return row
 
