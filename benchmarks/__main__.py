@@ -1,11 +1,11 @@
-"""Run all benchmarks, or those named: ``python -m benchmarks kernels decomposition experiment``."""
+"""Run all benchmarks, or those named: ``python -m benchmarks kernels traces``."""
 
 import importlib
 import sys
 
 from benchmarks.timing import table
 
-BENCHMARKS = ("kernels", "decomposition", "experiment")
+BENCHMARKS = ("kernels", "traces", "decomposition", "experiment")
 
 if __name__ == "__main__":
     unknown = set(sys.argv[1:]) - set(BENCHMARKS)

@@ -11,7 +11,7 @@ import numpy as np
 
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.rng import child, seed_sequence, stream
-from tuckerl.types import FloatArray, IntArray
+from tuckerl.types import FloatArray, IntArray, Stream
 
 HERE = Path(__file__).parent
 NO_COMPILER = "C (left out: no compiler)"
@@ -45,18 +45,24 @@ def dyna_h(problem: TabularMDP, planning_steps: int, episodes: int, seed: int) -
     def play() -> Played:
         q = np.zeros((problem.n_states, problem.n_actions))
         steps = np.zeros(episodes, dtype=np.int64)
-        rng = stream(child(seed_sequence(seed), 0))
+        rng = agents_stream(seed)
         library.play(
-            *map(_pointer, (arrays.next_state, arrays.reward, arrays.terminated, heuristic)),
+            *map(pointer, (arrays.next_state, arrays.reward, arrays.terminated, heuristic)),
             *map(ctypes.c_int64, (problem.n_states, problem.n_actions, int(arrays.start_state[0]))),
             *map(ctypes.c_int64, (arrays.max_episode_steps, episodes, planning_steps)),
             *map(ctypes.c_double, (0.1, 0.95, 0.1)),
-            *map(_pointer, (weights, rng, q, steps)),
+            *map(pointer, (weights, rng, q, steps)),
         )
         return q, steps
 
     return play
 
 
-def _pointer(array: Any) -> ctypes.c_void_p:
+def agents_stream(seed: int) -> Stream:
+    """Return the stream that a learner's first agent draws from."""
+    return stream(child(seed_sequence(seed), 0))
+
+
+def pointer(array: Any) -> ctypes.c_void_p:
+    """Return where an array begins."""
     return ctypes.c_void_p(array.ctypes.data)

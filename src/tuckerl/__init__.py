@@ -21,23 +21,35 @@ if TYPE_CHECKING:
     from tuckerl.generalization.weights import action_weights
     from tuckerl.learners.dyna_h import DynaH
     from tuckerl.learners.q_learning import QLearning
+    from tuckerl.learners.sarsa import Sarsa
+    from tuckerl.learners.sarsa_lambda import SarsaLambda
+    from tuckerl.learners.team_q import TeamQ
+    from tuckerl.problems.cart_pole import cart_pole
     from tuckerl.problems.maze import Maze, random_maze, sutton_maze
     from tuckerl.problems.mdp import TabularMDP
+    from tuckerl.problems.robot_rescue import robot_rescue
+    from tuckerl.problems.simulator import Simulator
     from tuckerl.tensor import TuckerDecomposition, fold, mode_product, tucker, unfold
 
 __all__ = [
     "DynaH",
     "Maze",
     "QLearning",
+    "Sarsa",
+    "SarsaLambda",
+    "Simulator",
     "TabularMDP",
+    "TeamQ",
     "TensorStep",
     "TuckerDecomposition",
     "__version__",
     "action_weights",
+    "cart_pole",
     "errors",
     "fold",
     "mode_product",
     "random_maze",
+    "robot_rescue",
     "sutton_maze",
     "tucker",
     "unfold",
@@ -47,13 +59,19 @@ _HOMES = {
     "DynaH": "learners.dyna_h",
     "Maze": "problems.maze",
     "QLearning": "learners.q_learning",
+    "Sarsa": "learners.sarsa",
+    "SarsaLambda": "learners.sarsa_lambda",
+    "Simulator": "problems.simulator",
     "TabularMDP": "problems.mdp",
+    "TeamQ": "learners.team_q",
     "TensorStep": "generalization.step",
     "TuckerDecomposition": "tensor",
     "action_weights": "generalization.weights",
+    "cart_pole": "problems.cart_pole",
     "fold": "tensor",
     "mode_product": "tensor",
     "random_maze": "problems.maze",
+    "robot_rescue": "problems.robot_rescue",
     "sutton_maze": "problems.maze",
     "tucker": "tensor",
     "unfold": "tensor",

@@ -126,6 +126,19 @@ def sensitivity(study: Study, runs: pl.DataFrame) -> list[Cell]:
     return cells
 
 
+def estimated_seconds(study: Study, times: pl.DataFrame, workers: int) -> float:
+    """Return about how long the study of all alternatives takes, from the times of the study it varies."""
+    means = times.group_by("scenario", "variant").agg(pl.col("seconds").mean())
+    known = {(scenario, variant): seconds for scenario, variant, seconds in means.iter_rows()}
+    total = 0.0
+    for scenario in study.scenarios:
+        name = scenario.name.split(": ")[0]
+        longest = max(seconds for (where, _), seconds in known.items() if where == name)
+        played = sum(known.get((name, variant.name), longest) for variant in scenario.variants)
+        total += played * scenario.n_instances * scenario.n_runs
+    return total / workers
+
+
 def _scenario(scenario: Scenario, alternative: Alternative, runs: int | None) -> Scenario:
     make = _MAKERS[scenario.name]
     family = replace(
