@@ -2,58 +2,7 @@
  * same draws in the same order, so that steps and tables come out the same to the last bit (compile without contraction
  * of a * b + c). It is the peer that says how near the kernels come to C. planning_steps = 0 is Q-learning. */
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-static inline uint64_t rotate_left(uint64_t x, int k) { return (x << k) | (x >> (64 - k)); }
-
-/* xoshiro256++ (Blackman and Vigna 2021) */
-static inline double uniform(uint64_t s[4]) {
-    uint64_t result = rotate_left(s[0] + s[3], 23) + s[0], t = s[1] << 17;
-    s[2] ^= s[0];
-    s[3] ^= s[1];
-    s[1] ^= s[2];
-    s[0] ^= s[3];
-    s[2] ^= t;
-    s[3] = rotate_left(s[3], 45);
-    return (double)(result >> 11) * 0x1.0p-53;
-}
-
-static inline int64_t below(int64_t n, uint64_t s[4]) { return (int64_t)(uniform(s) * (double)n); }
-
-static inline double row_max(const double *row, int64_t n) {
-    double best = row[0];
-    for (int64_t a = 1; a < n; a++)
-        if (row[a] > best) best = row[a];
-    return best;
-}
-
-static inline int64_t maxima(const double *row, int64_t n, int64_t *ties) {
-    double best = row_max(row, n);
-    int64_t first = 0, count = 0;
-    for (int64_t a = n - 1; a >= 0; a--) {
-        if (row[a] == best) {
-            first = a;
-            count++;
-        }
-    }
-    *ties = count;
-    return first;
-}
-
-static inline int64_t random_maximum(const double *row, int64_t first, int64_t ties, uint64_t s[4]) {
-    if (ties == 1) return first;
-    int64_t skip = below(ties, s), a = first;
-    while (skip > 0)
-        if (row[++a] == row[first]) skip--;
-    return a;
-}
-
-static inline int64_t greedy(const double *row, int64_t n, uint64_t s[4]) {
-    int64_t ties, first = maxima(row, n, &ties);
-    return random_maximum(row, first, ties, s);
-}
+#include "choices.h"
 
 /* The latest outcome of a pair; the discount is 0 where the return ended. */
 typedef struct {
@@ -74,7 +23,7 @@ void play(const int32_t *next_state, const double *reward, const uint8_t *termin
         int64_t s = start, t = 0;
         int end = 0;
         while (!end && t < max_steps) {
-            int64_t a = uniform(rng) < epsilon ? below(A, rng) : greedy(q + s * A, A, rng);
+            int64_t a = epsilon_greedy(q + s * A, A, epsilon, rng);
             int64_t k = s * A + a, next = next_state[k];
             double r = reward[k];
             end = terminated[k];

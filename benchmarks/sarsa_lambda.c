@@ -2,43 +2,7 @@
  * compiled kernel of tuckerl does it (same draws, same order of operations), and with a list of active traces that are
  * all updated at every step and dropped below a cut-off, as C++ libraries do it. */
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-static inline uint64_t rotate_left(uint64_t x, int k) { return (x << k) | (x >> (64 - k)); }
-
-static inline double uniform(uint64_t s[4]) {
-    uint64_t result = rotate_left(s[0] + s[3], 23) + s[0], t = s[1] << 17;
-    s[2] ^= s[0];
-    s[3] ^= s[1];
-    s[1] ^= s[2];
-    s[0] ^= s[3];
-    s[2] ^= t;
-    s[3] = rotate_left(s[3], 45);
-    return (double)(result >> 11) * 0x1.0p-53;
-}
-
-static inline int64_t below(int64_t n, uint64_t s[4]) { return (int64_t)(uniform(s) * (double)n); }
-
-static inline int64_t choose(const double *row, int64_t n, double epsilon, uint64_t s[4]) {
-    if (uniform(s) < epsilon) return below(n, s);
-    double best = row[0];
-    for (int64_t a = 1; a < n; a++)
-        if (row[a] > best) best = row[a];
-    int64_t first = 0, ties = 0;
-    for (int64_t a = n - 1; a >= 0; a--) {
-        if (row[a] == best) {
-            first = a;
-            ties++;
-        }
-    }
-    if (ties == 1) return first;
-    int64_t skip = below(ties, s);
-    while (skip > 0)
-        if (row[++first] == best) skip--;
-    return first;
-}
+#include "choices.h"
 
 typedef struct {
     double *constant, *seen, product, sum;
@@ -78,11 +42,11 @@ void postponed(const uint32_t *next_state, const double *reward, int64_t S, int6
                int64_t n_episodes, double alpha, double gamma, double lambda, double epsilon, uint64_t *rng, double *q) {
     Traces e = {calloc(S * A, 8), calloc(S, 8), 1.0, 0.0, calloc(S, 1), calloc(S, 4), 0};
     for (int64_t episode = 0; episode < n_episodes; episode++) {
-        int64_t s = 0, a = choose(q, A, epsilon, rng);
+        int64_t s = 0, a = epsilon_greedy(q, A, epsilon, rng);
         for (int64_t t = 0; t < max_steps; t++) {
             int64_t next = next_state[s * A + a];
             bring_up_to_date(&e, q, A, alpha, next);
-            int64_t next_a = choose(q + next * A, A, epsilon, rng);
+            int64_t next_a = epsilon_greedy(q + next * A, A, epsilon, rng);
             bring_up_to_date(&e, q, A, alpha, s);
             double delta = reward[s * A + a] + gamma * q[next * A + next_a] - q[s * A + a];
             if (!e.active[s]) {
@@ -111,10 +75,10 @@ void active_list(const uint32_t *next_state, const double *reward, int64_t S, in
     int64_t *pair = malloc((size_t)(max_steps + 1) * 8), *place = malloc((size_t)(S * A) * 8);
     for (int64_t k = 0; k < S * A; k++) place[k] = -1;
     for (int64_t episode = 0; episode < n_episodes; episode++) {
-        int64_t s = 0, a = choose(q, A, epsilon, rng), n = 0;
+        int64_t s = 0, a = epsilon_greedy(q, A, epsilon, rng), n = 0;
         for (int64_t t = 0; t < max_steps; t++) {
             int64_t k = s * A + a, next = next_state[k];
-            int64_t next_a = choose(q + next * A, A, epsilon, rng);
+            int64_t next_a = epsilon_greedy(q + next * A, A, epsilon, rng);
             double delta = reward[k] + gamma * q[next * A + next_a] - q[k];
             if (place[k] < 0) {
                 place[k] = n;

@@ -31,8 +31,12 @@ def check_real(
     """
     left, right = "(" if low_open else "[", ")" if high_open else "]"
     expected = f"{name} must be a finite number"
-    if math.isfinite(low) or math.isfinite(high):
+    if math.isfinite(low) and math.isfinite(high):
         expected = f"{name} must be a number in {left}{low:g}, {high:g}{right}"
+    elif math.isfinite(low):
+        expected += f" {'above' if low_open else 'of at least'} {low:g}"
+    elif math.isfinite(high):
+        expected += f" {'below' if high_open else 'of at most'} {high:g}"
     if isinstance(value, bool) or not isinstance(value, Real):
         raise ParameterTypeError(f"{expected}; got {value!r} of type {type(value).__name__}")
     number = float(value)

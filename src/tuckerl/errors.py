@@ -34,7 +34,7 @@ class MazeError(ProblemError):
 
 
 class SimulatorError(ProblemError):
-    """A simulator's function returned a state out of range, or a number that is not finite."""
+    """A simulator's function does not compile, or returned an impossible state or number."""
 
 
 class SavedFileError(TuckerlError, ValueError):
