@@ -1,12 +1,20 @@
 """Small worlds for the tests of learners, each as a compiled problem and as the twins read it."""
 
+from typing import Any, cast
+
 import numpy as np
 
 from tests.reference.dyna_h import DynaHLearner
 from tests.reference.q_learning import QLearner, Table, World
 from tests.reference.rng import Stream
-from tuckerl import Maze, TabularMDP
+from tests.reference.sarsa import SarsaLearner
+from tests.reference.sarsa_lambda import SarsaLambdaLearner
+from tests.reference.team_q import TeamQLearner
+from tuckerl import Maze, Simulator, TabularMDP
 from tuckerl.errors import MazeError
+from tuckerl.rng import uniform
+from tuckerl.types import FloatArray
+from tuckerl.types import Stream as Words
 
 UNLIMITED = 10**9
 
@@ -33,8 +41,35 @@ def world_of(mdp: TabularMDP) -> World:
     return World(outcomes, start, mdp.max_episode_steps or UNLIMITED)
 
 
+class SimulatorWorld:
+    """A simulator as the twins play it: its functions, interpreted, on the twin's own stream."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self.simulator, self.state = simulator, np.zeros(simulator.state_size)
+        self.n_actions, self.limit = simulator.n_actions, simulator.max_episode_steps or UNLIMITED
+
+    def first(self, stream: Stream) -> int:
+        words = np.array(stream.words, dtype=np.uint64)
+        self.simulator.functions.reset(self.simulator.parameters, self.state, words)
+        stream.words = [int(word) for word in words]
+        return self.simulator.functions.index(self.simulator.parameters, self.state)
+
+    def step(self, state: int, action: int, stream: Stream) -> tuple[int, float, bool]:
+        words = np.array(stream.words, dtype=np.uint64)
+        reward, terminated = self.simulator.functions.step(self.simulator.parameters, self.state, action, words)
+        stream.words = [int(word) for word in words]
+        return self.simulator.functions.index(self.simulator.parameters, self.state), reward, terminated
+
+
 def random_mdp(
-    seed: int, n_states: int = 7, n_actions: int = 3, n_outcomes: int = 1, limit: int = 60, random_start: bool = False
+    seed: int,
+    n_states: int = 7,
+    n_actions: int = 3,
+    n_outcomes: int = 1,
+    limit: int = 60,
+    random_start: bool = False,
+    ends: float = 0.08,
+    action_sizes: tuple[int, ...] | None = None,
 ) -> TabularMDP:
     """A random problem whose ends are rare; with several outcomes, some of probability 0."""
     rng = np.random.default_rng(seed)
@@ -46,11 +81,41 @@ def random_mdp(
     return TabularMDP(
         rng.integers(n_states, size=shape),
         rng.normal(size=shape),
-        rng.random(shape) < 0.08,
+        rng.random(shape) < ends,
         probability,
         start=rng.dirichlet(np.ones(n_states)) if random_start else 0,
         max_episode_steps=limit,
         heuristic=rng.integers(4, size=n_states).astype(np.float64),
+        action_sizes=action_sizes,
+    )
+
+
+def _drift_reset(parameters: FloatArray, state: FloatArray, rng: Words) -> None:
+    state[0] = uniform(rng)
+    state[1] = 0.0
+
+
+def _drift_step(parameters: FloatArray, state: FloatArray, action: int, rng: Words) -> tuple[float, bool]:
+    state[1] = 0.5 * state[1] + 0.25 * (action - 1) + parameters[0] * (uniform(rng) - 0.5)
+    state[0] += state[1]
+    return 0.25 - state[0] * state[0], abs(state[0]) > 1.5
+
+
+def _drift_index(parameters: FloatArray, state: FloatArray) -> int:
+    return min(int(abs(state[0]) * 4.0), 5) + (6 if state[1] > 0.0 else 0)
+
+
+def drift(noise: float = 0.5, limit: int = 80) -> Simulator:
+    """A place that drifts on a line; pushed left, not at all or right; leaving the middle part ends."""
+    return Simulator(
+        _drift_reset,
+        _drift_step,
+        _drift_index,
+        n_states=12,
+        n_actions=3,
+        state_size=2,
+        parameters=[noise],
+        max_episode_steps=limit,
     )
 
 
@@ -127,4 +192,72 @@ def dyna_twin(
         planning_steps=planning_steps,
         walk=walk,
         farthest=farthest,
+    )
+
+
+def _twin_world(problem: TabularMDP | Simulator) -> World:
+    return world_of(problem) if isinstance(problem, TabularMDP) else cast(World, SimulatorWorld(problem))
+
+
+def _common(
+    problem: TabularMDP | Simulator,
+    *,
+    seed: int,
+    agent: int = 0,
+    alpha: float = 0.1,
+    gamma: float = 0.95,
+    epsilon: float = 0.1,
+    epsilon_decay: float = 1.0,
+    ties: str = "random",
+    initial_q: float | Table = 0.0,
+) -> tuple[Any, ...]:
+    q = np.zeros((problem.n_states, problem.n_actions)) + initial_q
+    return _twin_world(problem), Stream(seed, agent), alpha, gamma, epsilon, epsilon_decay, ties, q
+
+
+def sarsa_twin(problem: TabularMDP | Simulator, *, bootstrap_terminal: bool = False, **settings: Any) -> SarsaLearner:
+    """The twin of ``Sarsa(problem, ...)``'s agent."""
+    return SarsaLearner(*_common(problem, **settings), bootstrap_terminal=bootstrap_terminal)
+
+
+def sarsa_lambda_twin(
+    problem: TabularMDP | Simulator,
+    *,
+    lambda_: float = 0.95,
+    trace: str = "replacing",
+    carry_trace: bool = False,
+    bootstrap_terminal: bool = False,
+    **settings: Any,
+) -> SarsaLambdaLearner:
+    """The twin of ``SarsaLambda(problem, ...)``'s agent."""
+    return SarsaLambdaLearner(
+        *_common(problem, **settings),
+        lambda_=lambda_,
+        trace=trace,
+        carry_trace=carry_trace,
+        bootstrap_terminal=bootstrap_terminal,
+    )
+
+
+def team_twin(
+    problem: TabularMDP | Simulator,
+    *,
+    lambda_: float = 0.95,
+    trace: str = "replacing",
+    carry_trace: bool = False,
+    bootstrap_terminal: bool = False,
+    cut: bool = True,
+    exploration: str = "members",
+    **settings: Any,
+) -> TeamQLearner:
+    """The twin of ``TeamQ(problem, ...)``'s team."""
+    by_member = isinstance(problem, TabularMDP) and exploration == "members"
+    return TeamQLearner(
+        *_common(problem, **settings),
+        lambda_=lambda_,
+        trace=trace,
+        carry_trace=carry_trace,
+        bootstrap_terminal=bootstrap_terminal,
+        sizes=problem.action_sizes if by_member else (problem.n_actions,),
+        cut=cut,
     )

@@ -1,11 +1,13 @@
-"""The tensor step line by line (Figures 5 and 7): the whole MQT tensor, decomposed as it stands."""
+"""The tensor step line by line (Figures 5, 7 and 8): the whole MQT tensor, decomposed as it stands."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from tests.reference.q_learning import QLearner, Table
+from tests.reference.sarsa_lambda import SarsaLambdaLearner
 from tests.reference.tensor import leading_vectors, project, unfold
 
 STEP_STREAM = 2**32 - 1
@@ -87,8 +89,18 @@ def share(kind: str, Ag_p: Table, returns: Table, rng: np.random.Generator) -> l
     return None
 
 
+def share_traces(agents: Sequence[QLearner], mixture: list[float]) -> None:
+    """A copied agent's trace goes along with its table; a mixture of tables has none."""
+    tracing = [agent for agent in agents if isinstance(agent, SarsaLambdaLearner)]
+    if not tracing:
+        return
+    common = tracing[mixture.index(1.0)].e.copy() if 1.0 in mixture else np.zeros_like(tracing[0].e)
+    for agent in tracing:
+        agent.e = common.copy()
+
+
 def play(
-    agents: list[QLearner],
+    agents: Sequence[QLearner],
     episodes: int,
     *,
     seed: int,
@@ -100,7 +112,7 @@ def play(
     tol: float = 1e-4,
     max_iterations: int = 50,
 ) -> tuple[list[list[int]], list[Window]]:
-    """Figure 5 or 7 from line 6 on; return the steps by episode and agent, and what the step did."""
+    """Figure 5, 7 or 8 from line 6 or 7 on; return the steps by episode and agent, and what the step did."""
     n_states, n_actions = agents[0].q.shape
     omega = np.ones(n_actions)
     MQT = np.zeros((n_states, n_actions, every, len(agents)))
@@ -122,6 +134,7 @@ def play(
                 common = sum(part * agent.q for part, agent in zip(mixture, agents, strict=True))
                 for agent in agents:
                     agent.q = np.array(common)
+                share_traces(agents, mixture)
             copied = mixture is not None and max(mixture) == 1.0
             windows.append(Window(omega, int(np.argmax(mixture)) if copied and mixture else -1, tuple(used)))
         elif i % every == 0:

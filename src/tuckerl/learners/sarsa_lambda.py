@@ -8,12 +8,10 @@ for all pairs at every step, after e(s, a) <- 1 (replacing) or e(s, a) + 1 (accu
 postponed until a row is looked at: see `traces`. (Rummery and Niranjan 1994; Singh and Sutton 1996.)
 """
 
-import numpy as np
-
 from tuckerl._jit import kernel
-from tuckerl.generalization.change_log import ChangeLog, close_episode, mark
+from tuckerl.generalization.change_log import ChangeLog, close_episode
 from tuckerl.learners.episodes import Record, Settings, epsilon_greedy, note_episode, note_state
-from tuckerl.learners.traces import Decay, Traces, bring_up_to_date, learn_from, settle, visit
+from tuckerl.learners.traces import Traces, bring_up_to_date, learn, settle
 from tuckerl.learners.tracing import TracingLearner
 from tuckerl.problems.dynamics import World, reset, step
 from tuckerl.types import FloatArray, Stream
@@ -23,40 +21,32 @@ from tuckerl.types import FloatArray, Stream
 def play(
     world: World,
     traces: Traces,
-    decay: Decay,
     q: FloatArray,
-    weights: FloatArray,
+    rates: FloatArray,
     settings: Settings,
     log: ChangeLog,
     record: Record,
     rng: Stream,
 ) -> int:
     """Play and learn one agent's next episodes; return how many stayed finite."""
-    alpha = settings.alpha
     for episode in range(record.steps.size):
         state, steps, total, terminated = reset(world, rng), 0, 0.0, False
         note_state(record, 0, state)
         epsilon = record.epsilon[0]
-        bring_up_to_date(traces, q, weights, alpha, log, state)
+        bring_up_to_date(traces, q, rates, log, state)
         action = epsilon_greedy(q, state, epsilon, settings.random_ties, rng)
         while not terminated and steps < world.max_episode_steps:
             next_state, reward, terminated = step(world, state, action, rng)
             discount = settings.terminal_discount if terminated else settings.gamma
-            bring_up_to_date(traces, q, weights, alpha, log, next_state)
+            bring_up_to_date(traces, q, rates, log, next_state)
             next_action = epsilon_greedy(q, next_state, epsilon, settings.random_ties, rng)
-            bring_up_to_date(traces, q, weights, alpha, log, state)
+            bring_up_to_date(traces, q, rates, log, state)
             delta = reward + discount * q[next_state, next_action] - q[state, action]
-            if not np.isfinite(delta):
+            if not learn(traces, q, rates, log, state, action, delta):
                 return episode
-            if decay.decay == 0.0:  # the product of decays would be 0, and nothing can be divided by it
-                mark(log, state)
-                q[state, action] += alpha * weights[action] * delta
-            else:
-                visit(traces, decay, state, action)
-                learn_from(traces, decay, q, weights, alpha, log, delta)
             state, action, steps, total = next_state, next_action, steps + 1, total + reward
             note_state(record, steps, state)
-        if not settle(traces, q, weights, alpha, log, decay.carried):
+        if not settle(traces, q, rates, log, traces.decay.carried):
             return episode
         note_episode(record, settings, episode, steps, total)
         close_episode(log, q)
@@ -85,9 +75,8 @@ class SarsaLambda(TracingLearner):
         return play(
             self._worlds[agent],
             self._traces[agent],
-            self._decay,
             self._q[agent],
-            self._weights,
+            self._rates(),
             self._settings,
             self._logs[agent],
             record,

@@ -5,16 +5,16 @@ greedy joint action, so that joint actions are partly random. A joint action tha
 came before it did not follow from the policy that is learned. (Littman 2001; Watkins 1989; the paper's section IV.C.)
 """
 
-from typing import Any, Literal, Unpack
+from typing import Any, Literal, NamedTuple, Unpack
 
 import numpy as np
 
 from tuckerl._jit import kernel
 from tuckerl.checks import check_flag, check_name
-from tuckerl.generalization.change_log import ChangeLog, close_episode, mark
+from tuckerl.generalization.change_log import ChangeLog, close_episode
 from tuckerl.learners.episodes import Record, Settings, greedy, note_episode, note_state, row_max
 from tuckerl.learners.parameters import LearnerParameters
-from tuckerl.learners.traces import Decay, Traces, bring_up_to_date, learn_from, settle, visit
+from tuckerl.learners.traces import Traces, bring_up_to_date, learn, settle
 from tuckerl.learners.tracing import TracingLearner
 from tuckerl.problems.dynamics import World, reset, step
 from tuckerl.problems.mdp import TabularMDP
@@ -22,13 +22,21 @@ from tuckerl.problems.resolve import Environment
 from tuckerl.rng import below, uniform
 from tuckerl.types import FloatArray, IntArray, Stream
 
+_TIE = 1e-12  # values this close differ by the order of additions only, which must not decide
+
+
+class Team(NamedTuple):
+    """What kernels read of a team."""
+
+    sizes: IntArray  # (M,) how many actions each member has; one member where a single draw is for all
+    parts: IntArray  # (M,) room for the members' parts of a joint action
+    cut: bool  # the traces, by a joint action that is not greedy
+
 
 @kernel
-def team_action(
-    q: FloatArray, state: int, sizes: IntArray, parts: IntArray, epsilon: float, random_ties: bool, rng: Stream
-) -> int:
-    """Return the joint action of a team whose members explore independently; `parts` is room for one part each."""
-    n_exploring = 0
+def team_action(team: Team, q: FloatArray, state: int, epsilon: float, random_ties: bool, rng: Stream) -> int:
+    """Return the joint action of a team whose members explore independently."""
+    sizes, parts, n_exploring = team.sizes, team.parts, 0
     for member in range(sizes.size):
         parts[member] = -1
         if uniform(rng) < epsilon:
@@ -45,45 +53,42 @@ def team_action(
 
 
 @kernel
+def _is_worse(q: FloatArray, state: int, action: int) -> bool:
+    """Return whether an action's value lies below the row's maximum."""
+    best = row_max(q, state)
+    return q[state, action] < best - _TIE * abs(best)
+
+
+@kernel
 def play(
     world: World,
-    sizes: IntArray,
-    parts: IntArray,
-    cut: bool,
+    team: Team,
     traces: Traces,
-    decay: Decay,
     q: FloatArray,
-    weights: FloatArray,
+    rates: FloatArray,
     settings: Settings,
     log: ChangeLog,
     record: Record,
     rng: Stream,
 ) -> int:
     """Play and learn one team's next episodes; return how many stayed finite."""
-    alpha = settings.alpha
     for episode in range(record.steps.size):
         state, steps, total, terminated = reset(world, rng), 0, 0.0, False
         note_state(record, 0, state)
         while not terminated and steps < world.max_episode_steps:
-            bring_up_to_date(traces, q, weights, alpha, log, state)
-            action = team_action(q, state, sizes, parts, record.epsilon[0], settings.random_ties, rng)
-            if cut and q[state, action] < row_max(q, state):
-                settle(traces, q, weights, alpha, log, False)
+            bring_up_to_date(traces, q, rates, log, state)
+            action = team_action(team, q, state, record.epsilon[0], settings.random_ties, rng)
+            if team.cut and _is_worse(q, state, action) and not settle(traces, q, rates, log, False):
+                return episode
             next_state, reward, terminated = step(world, state, action, rng)
             discount = settings.terminal_discount if terminated else settings.gamma
-            bring_up_to_date(traces, q, weights, alpha, log, next_state)
+            bring_up_to_date(traces, q, rates, log, next_state)
             delta = reward + discount * row_max(q, next_state) - q[state, action]
-            if not np.isfinite(delta):
+            if not learn(traces, q, rates, log, state, action, delta):
                 return episode
-            if decay.decay == 0.0:  # the product of decays would be 0, and nothing can be divided by it
-                mark(log, state)
-                q[state, action] += alpha * weights[action] * delta
-            else:
-                visit(traces, decay, state, action)
-                learn_from(traces, decay, q, weights, alpha, log, delta)
             state, steps, total = next_state, steps + 1, total + reward
             note_state(record, steps, state)
-        if not settle(traces, q, weights, alpha, log, decay.carried):
+        if not settle(traces, q, rates, log, traces.decay.carried):
             return episode
         note_episode(record, settings, episode, steps, total)
         close_episode(log, q)
@@ -132,18 +137,15 @@ class TeamQ(TracingLearner):
         sizes: tuple[int, ...] = (self.problem.n_actions,)
         if isinstance(self.problem, TabularMDP) and self.exploration == "members":
             sizes = self.problem.action_sizes
-        self._sizes: IntArray = np.array(sizes, dtype=np.int64)
+        self._team = Team(np.array(sizes, dtype=np.int64), np.zeros(len(sizes), dtype=np.int64), self.cut)
 
     def _play(self, agent: int, record: Record) -> int:
         return play(
             self._worlds[agent],
-            self._sizes,
-            np.zeros_like(self._sizes),
-            self.cut,
+            self._team,
             self._traces[agent],
-            self._decay,
             self._q[agent],
-            self._weights,
+            self._rates(),
             self._settings,
             self._logs[agent],
             record,

@@ -4,12 +4,13 @@ Figures 2 and 8 change every entry of the table at every step, Q(s, a) <- Q(s, a
 then let every trace decay, e <- gamma lambda e. Since all traces decay alike, a trace is a constant times the running
 product phi of the decays, and all that a row has missed since it was last brought up to date is that constant times
 
-
 .. math:: \Delta = \sum_i \delta_i \varphi_i
 
 summed over the steps since. So a step adds one number to Delta, and only the rows that are looked at are brought up
-to date: exactly, not approximately (Wiering and Schmidhuber 1998, "Fast online Q(lambda)"). Before phi gets so small
-that its inverse costs digits, everything is rebased to phi = 1.
+to date: exactly, not approximately (Wiering and Schmidhuber 1998, "Fast online Q(lambda)").
+
+Before phi gets too small to be divided by, a new *era* begins from phi = 1 and Delta = 0. A row that was last looked at
+in an earlier era finds there what it needs to catch up, so no step waits until all rows are moved to the new era.
 """
 
 from typing import NamedTuple
@@ -18,101 +19,157 @@ import numpy as np
 
 from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import ChangeLog, mark
-from tuckerl.types import BoolArray, FloatArray, StateArray
+from tuckerl.types import FloatArray, IntArray, StateArray
 
-# Rows meet Delta multiplied by up to 1 / phi, so phi at 1e-4 costs four of sixteen digits; at 1e-6, as good a choice
-# for speed (rebasing is rare), it would be six.
-_REBASE_BELOW = 1e-4
-_FORGET_BELOW = 1e-16  # no float of any size notices a trace this small
+_NEW_ERA_BELOW = 1e-8
+_N_ERAS = 40  # then a trace of the first era is below 1e-8 ** 40, smaller than any float
+_FORGET_BELOW = 1e-300  # not earlier: however small its trace, a pair of value 0 becomes better than others of value 0
 
-PRODUCT, SUM = 0, 1
-
-
-class Traces(NamedTuple):
-    """One agent's traces, kept row by row."""
-
-    constant: FloatArray  # (S, A) e(s, a) / phi; zero in rows that are not active
-    seen: FloatArray  # (S,) what Delta was when the row was last brought up to date
-    active: BoolArray  # (S,) whether the row has any trace
-    rows: StateArray  # (S,) the active rows in order of their first visit
-    n_rows: StateArray  # (1,)
-    clock: FloatArray  # (2,) phi and Delta
+PHI, DELTA, REST = 0, 1, 2
+LATER, SCALE = 3, 4
+ROWS, ERA = 0, 1
 
 
 class Decay(NamedTuple):
     """How traces grow and decay."""
 
-    decay: float  # gamma lambda: 0 is the one-step algorithm, without traces
+    factor: float  # gamma lambda: 0 is the one-step algorithm, without traces
     replacing: bool  # e <- 1 at a visit; otherwise e <- e + 1
     carried: bool  # from one episode to the next; otherwise episodes begin without traces
 
 
-def empty_traces(n_states: int, n_actions: int) -> Traces:
+class Traces(NamedTuple):
+    """One agent's traces: a slot for each state that has any, so that they lie together in memory.
+
+    Delta is the sum of two numbers, the second being what the first lost by rounding: small errors count among large
+    ones, as they do in the sweep over all pairs.
+    """
+
+    decay: Decay
+    slot: StateArray  # (S,) where a state's row is, from 1; 0 where it has none
+    state: StateArray  # (S + 1,) whose row it is
+    constant: FloatArray  # (S + 1, A) e(s, a) / phi; zero in slots that are free
+    seen: FloatArray  # (S + 1, 2) what DELTA and REST were when the row was last brought up to date
+    era: StateArray  # (S + 1,) and in which era that was
+    clock: FloatArray  # (3,) PHI, DELTA and REST
+    past: FloatArray  # (_N_ERAS, 5) for each era before this one: clock at its end, what followed, phi since
+    cursor: IntArray  # (2,) slots in use, and the present era
+
+
+def empty_traces(n_states: int, n_actions: int, decay: Decay) -> Traces:
     """Return the traces of an agent that has been nowhere."""
     return Traces(
-        constant=np.zeros((n_states, n_actions)),
-        seen=np.zeros(n_states),
-        active=np.zeros(n_states, dtype=np.bool_),
-        rows=np.zeros(n_states, dtype=np.uint32),
-        n_rows=np.zeros(1, dtype=np.uint32),
-        clock=np.array([1.0, 0.0]),
+        decay=decay,
+        slot=np.zeros(n_states, dtype=np.uint32),
+        state=np.zeros(n_states + 1, dtype=np.uint32),
+        constant=np.zeros((n_states + 1, n_actions)),
+        seen=np.zeros((n_states + 1, 2)),
+        era=np.zeros(n_states + 1, dtype=np.uint32),
+        clock=np.array([1.0, 0.0, 0.0]),
+        past=np.zeros((_N_ERAS, 5)),
+        cursor=np.zeros(2, dtype=np.int64),
     )
 
 
 @kernel
-def bring_up_to_date(
-    traces: Traces, q: FloatArray, weights: FloatArray, alpha: float, log: ChangeLog, state: int
-) -> None:
-    """Give a row of `q` all that it has missed."""
-    missed = traces.clock[SUM] - traces.seen[state]
-    if traces.active[state] and missed != 0.0:
+def bring_up_to_date(traces: Traces, q: FloatArray, rates: FloatArray, log: ChangeLog, state: int) -> None:
+    """Give a row of `q` all that it has missed; `rates` are alpha omega."""
+    slot = traces.slot[state]
+    if slot == 0:
+        return
+    clock, seen, scale = traces.clock, traces.seen[slot], 1.0
+    missed = (clock[DELTA] - seen[0]) + (clock[REST] - seen[1])
+    if traces.era[slot] != traces.cursor[ERA]:
+        past = traces.past[traces.era[slot]]
+        since = past[LATER] + past[SCALE] * (clock[DELTA] + clock[REST])
+        missed = (past[DELTA] - seen[0]) + (past[REST] - seen[1]) + past[PHI] * since
+        scale = past[PHI] * past[SCALE]
+    if missed != 0.0:
         mark(log, state)
         for action in range(q.shape[1]):
-            q[state, action] += alpha * weights[action] * traces.constant[state, action] * missed
-    traces.seen[state] = traces.clock[SUM]
-
-
-@kernel
-def visit(traces: Traces, decay: Decay, state: int, action: int) -> None:
-    """Give a pair its trace; its row must be up to date."""
-    if not traces.active[state]:
-        traces.active[state] = True
-        traces.rows[traces.n_rows[0]] = state
-        traces.n_rows[0] += 1
-    one = 1.0 / traces.clock[PRODUCT]
-    traces.constant[state, action] = one if decay.replacing else traces.constant[state, action] + one
-
-
-@kernel
-def learn_from(
-    traces: Traces, decay: Decay, q: FloatArray, weights: FloatArray, alpha: float, log: ChangeLog, delta: float
-) -> None:
-    """Let a step's error reach all pairs by their traces, and let the traces decay."""
-    traces.clock[SUM] += delta * traces.clock[PRODUCT]
-    traces.clock[PRODUCT] *= decay.decay
-    if traces.clock[PRODUCT] < _REBASE_BELOW:
-        settle(traces, q, weights, alpha, log, True)
-
-
-@kernel
-def settle(traces: Traces, q: FloatArray, weights: FloatArray, alpha: float, log: ChangeLog, keep: bool) -> bool:
-    """Bring all rows up to date and begin anew from phi = 1, keeping the traces or not; return whether q is finite."""
-    total, kept = 0.0, 0
-    for place in range(traces.n_rows[0]):
-        state = traces.rows[place]
-        bring_up_to_date(traces, q, weights, alpha, log, state)
-        alive = False
+            q[state, action] += rates[action] * (traces.constant[slot, action] * missed)
+    if scale != 1.0:
+        traces.era[slot] = traces.cursor[ERA]
         for action in range(q.shape[1]):
-            trace = traces.constant[state, action] * traces.clock[PRODUCT] if keep else 0.0
-            trace = 0.0 if trace < _FORGET_BELOW else trace
-            traces.constant[state, action] = trace
-            alive = alive or trace > 0.0
-            total += q[state, action] - q[state, action]  # 0 for a finite number, NaN for any other
-        traces.active[state] = alive
-        traces.seen[state] = 0.0
-        if alive:
-            traces.rows[kept] = state
+            traces.constant[slot, action] *= scale
+    seen[0], seen[1] = clock[DELTA], clock[REST]
+
+
+@kernel
+def learn(
+    traces: Traces, q: FloatArray, rates: FloatArray, log: ChangeLog, state: int, action: int, delta: float
+) -> bool:
+    """Visit a pair whose row is up to date, let a step's error reach all pairs by their traces, and let these decay.
+
+    Return whether everything is finite, as far as it was looked at.
+    """
+    if not np.isfinite(delta):
+        settle(traces, q, rates, log, False)
+        return False
+    if traces.decay.factor == 0.0:
+        mark(log, state)
+        q[state, action] += rates[action] * delta
+        return np.isfinite(q[state, action])
+    _visit(traces, state, action)
+    clock = traces.clock
+    change = delta * clock[PHI]
+    total = clock[DELTA] + change
+    added = total - clock[DELTA]
+    clock[REST] += (clock[DELTA] - (total - added)) + (change - added)
+    clock[DELTA] = total
+    clock[PHI] *= traces.decay.factor
+    if clock[PHI] < _NEW_ERA_BELOW:
+        _begin_era(traces)
+        if traces.cursor[ERA] == _N_ERAS:
+            return settle(traces, q, rates, log, True)
+    return True
+
+
+@kernel
+def _visit(traces: Traces, state: int, action: int) -> None:
+    slot = traces.slot[state]
+    if slot == 0:
+        traces.cursor[ROWS] += 1
+        slot = np.uint32(traces.cursor[ROWS])
+        traces.slot[state], traces.state[slot], traces.era[slot] = slot, state, traces.cursor[ERA]
+        traces.seen[slot, 0], traces.seen[slot, 1] = traces.clock[DELTA], traces.clock[REST]
+    one = 1.0 / traces.clock[PHI]
+    traces.constant[slot, action] = one if traces.decay.replacing else traces.constant[slot, action] + one
+
+
+@kernel
+def _begin_era(traces: Traces) -> None:
+    """Begin anew from phi = 1, and keep for each era before what its rows will need."""
+    clock, past, era = traces.clock, traces.past, traces.cursor[ERA]
+    for earlier in range(era):
+        past[earlier, LATER] += past[earlier, SCALE] * (clock[DELTA] + clock[REST])
+        past[earlier, SCALE] *= clock[PHI]
+    past[era, PHI], past[era, DELTA], past[era, REST] = clock[PHI], clock[DELTA], clock[REST]
+    past[era, LATER], past[era, SCALE] = 0.0, 1.0
+    clock[PHI], clock[DELTA], clock[REST] = 1.0, 0.0, 0.0
+    traces.cursor[ERA] += 1
+
+
+@kernel
+def settle(traces: Traces, q: FloatArray, rates: FloatArray, log: ChangeLog, keep: bool) -> bool:
+    """Bring all rows up to date and begin with the first era, keeping the traces or not; return whether q is finite."""
+    n_broken, kept = 0, 0
+    for slot in range(1, traces.cursor[ROWS] + 1):
+        state = traces.state[slot]
+        bring_up_to_date(traces, q, rates, log, state)
+        largest = 0.0
+        for action in range(q.shape[1]):
+            trace = traces.constant[slot, action] * traces.clock[PHI] if keep else 0.0
+            trace = trace if trace > _FORGET_BELOW else 0.0
+            largest = max(largest, trace)
+            traces.constant[slot, action] = 0.0
+            traces.constant[kept + 1, action] = trace
+            n_broken += q[state, action] - q[state, action] != 0.0  # 0 for a finite number, NaN for any other
+        traces.slot[state] = 0
+        if largest > 0.0:
             kept += 1
-    traces.n_rows[0] = kept
-    traces.clock[PRODUCT], traces.clock[SUM] = 1.0, 0.0
-    return np.isfinite(total)
+            traces.slot[state], traces.state[kept], traces.era[kept] = kept, state, 0
+            traces.seen[kept, 0], traces.seen[kept, 1] = 0.0, 0.0
+    traces.cursor[ROWS], traces.cursor[ERA] = kept, 0
+    traces.clock[PHI], traces.clock[DELTA], traces.clock[REST] = 1.0, 0.0, 0.0
+    return n_broken == 0

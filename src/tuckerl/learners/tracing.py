@@ -8,7 +8,7 @@ from tuckerl.checks import check_flag, check_name, check_real
 from tuckerl.learners.learner import Learner
 from tuckerl.learners.parameters import LearnerParameters
 from tuckerl.learners.saved import Arrays, of_prefix, with_prefix
-from tuckerl.learners.traces import Decay, empty_traces
+from tuckerl.learners.traces import ROWS, Decay, empty_traces
 from tuckerl.problems.resolve import Environment
 from tuckerl.types import FloatArray
 
@@ -42,9 +42,13 @@ class TracingLearner(Learner):
         self.lambda_ = check_real("lambda_", lambda_, 0.0, 1.0)
         self.trace = check_name("trace", trace, ("replacing", "accumulating"))
         self.carry_trace = check_flag("carry_trace", carry_trace)
-        self._decay = Decay(self.gamma * self.lambda_, self.trace == "replacing", self.carry_trace)
+        decay = Decay(self.gamma * self.lambda_, self.trace == "replacing", self.carry_trace)
         shape = (self.problem.n_states, self.problem.n_actions)
-        self._traces = tuple(empty_traces(*shape) for _ in range(self.n_agents))
+        self._traces = tuple(empty_traces(*shape, decay) for _ in range(self.n_agents))
+
+    def _rates(self) -> FloatArray:
+        """Return each action's learning rate, alpha omega."""
+        return self.alpha * self._weights
 
     def _share(self, mixture: FloatArray) -> None:
         super()._share(mixture)
@@ -57,19 +61,20 @@ class TracingLearner(Learner):
     def _traces_of(self, agent: int) -> Arrays:
         """Return the traces as they are between episodes, when phi is 1 and every row is up to date."""
         traces = self._traces[agent]
-        rows = traces.rows[: traces.n_rows[0]].copy()
-        return {"rows": rows, "constant": traces.constant[rows]}
+        slots = slice(1, traces.cursor[ROWS] + 1)
+        return {"state": traces.state[slots].copy(), "constant": traces.constant[slots].copy()}
 
     def _set_traces(self, agent: int, held: Arrays | None) -> None:
         """Replace an agent's traces by those that `_traces_of` returned, or by none."""
         traces = self._traces[agent]
-        before = traces.rows[: traces.n_rows[0]]
-        traces.constant[before], traces.active[before] = 0.0, False
-        rows = np.zeros(0, dtype=np.uint32) if held is None else held["rows"]
-        traces.rows[: rows.size], traces.n_rows[0] = rows, rows.size
-        traces.seen[rows], traces.active[rows] = 0.0, True
+        before = slice(1, traces.cursor[ROWS] + 1)
+        traces.slot[traces.state[before]], traces.constant[before], traces.cursor[ROWS] = 0, 0.0, 0
         if held is not None:
-            traces.constant[rows] = held["constant"]
+            n_rows = held["state"].size
+            slots = slice(1, n_rows + 1)
+            traces.state[slots], traces.constant[slots] = held["state"], held["constant"]
+            traces.slot[held["state"]], traces.cursor[ROWS] = np.arange(1, n_rows + 1), n_rows
+            traces.seen[slots], traces.era[slots] = 0.0, 0
 
     def _parameters(self) -> dict[str, Any]:
         own = {"lambda_": self.lambda_, "trace": self.trace, "carry_trace": self.carry_trace}

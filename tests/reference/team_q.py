@@ -1,0 +1,53 @@
+"""Team-Q line by line: Watkins' Q(lambda) on joint states and joint actions, each member exploring on its own."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from tests.reference.q_learning import Table
+from tests.reference.sarsa_lambda import SarsaLambdaLearner
+
+
+class TeamQLearner(SarsaLambdaLearner):
+    """One team; `sizes` are its members' numbers of actions."""
+
+    def __init__(self, *args: Any, sizes: tuple[int, ...], cut: bool = True, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.sizes, self.cut = sizes, cut
+        self.n_cuts = 0
+
+    def policy(self, state: int) -> int:
+        """Each member's part: its own, or that of one greedy joint action."""
+        own: list[int | None] = []
+        for size in self.sizes:
+            explores = self.stream.uniform() < self.epsilon
+            own.append(self.stream.below(size) if explores else None)
+        if None not in own:
+            return int(np.ravel_multi_index([part for part in own if part is not None], self.sizes))
+        best = [a for a in range(self.world.n_actions) if self.q[state, a] == max(self.q[state])]
+        joint = self.stream.choice(best) if self.ties == "random" else best[0]
+        shared = np.unravel_index(joint, self.sizes)
+        parts = [int(shared[m]) if part is None else part for m, part in enumerate(own)]
+        return int(np.ravel_multi_index(parts, self.sizes))
+
+    def episode(self, omega: Table) -> tuple[int, float]:
+        self.begin_episode()
+        s = self.world.first(self.stream)
+        self.trajectory = [s]
+        steps, total, terminated = 0, 0.0, False
+        while not terminated and steps < self.world.limit:
+            a = self.policy(s)
+            best = max(self.q[s])
+            if self.cut and self.q[s, a] < best and not math.isclose(self.q[s, a], best, rel_tol=1e-12):
+                self.n_cuts += 1
+                self.e[:, :] = 0.0
+            s2, r, terminated = self.world.step(s, a, self.stream)
+            delta = r + self.discount(terminated) * max(self.q[s2]) - self.q[s, a]
+            self.learn(s, a, delta, omega)
+            s = s2
+            steps += 1
+            total += r
+            self.trajectory.append(s)
+        self.epsilon *= self.decay
+        return steps, total
