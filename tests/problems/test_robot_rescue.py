@@ -257,7 +257,7 @@ def test_scenes() -> None:
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
-        ({"step_cost": -0.1}, r"step_cost must be a number in \[0, inf\]; got -0.1"),
+        ({"step_cost": -0.1}, r"step_cost must be a finite number of at least 0; got -0.1"),
         ({"step_cost": float("nan")}, "step_cost must be"),
         ({"grip_reward": float("inf")}, "grip_reward must be a finite number; got inf"),
         ({"delivery_reward": float("nan")}, "delivery_reward must be a finite number; got nan"),
