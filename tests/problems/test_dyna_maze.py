@@ -16,7 +16,8 @@ from tuckerl.errors import MazeError, ParameterError, ParameterTypeError, Unknow
 from tuckerl.problems import ENVIRONMENTS, register_environments
 from tuckerl.problems.dyna_maze import DynaMazeEnv
 from tuckerl.problems.maze import MOVES, Cell, Maze, random_maze, sutton_maze
-from tuckerl.problems.maze_view import AGENT, FREE, GOAL, GRID, PATH, START, WALL
+from tuckerl.problems.maze_view import AGENT, GOAL, PATH, START
+from tuckerl.problems.raster import FREE, GRID, WALL
 
 ID = "tuckerl/DynaMaze-v0"
 UP, DOWN, LEFT, RIGHT = range(4)

@@ -26,7 +26,7 @@ from pettingzoo.utils import parallel_to_aec  # type: ignore[import-untyped]
 from tests.problems.test_robot_rescue import DELIVERY, DOWN, LEFT, RIGHT, STAY, UP
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, UnknownNameError
 from tuckerl.problems import PARALLEL_ENVIRONMENTS, register_environments
-from tuckerl.problems.maze_view import FREE, GRID, WALL
+from tuckerl.problems.raster import FREE, GRID, WALL
 from tuckerl.problems.robot_rescue import robot_rescue
 from tuckerl.problems.robot_rescue_env import RobotRescueEnv, parallel_env
 from tuckerl.problems.robot_rescue_map import DEFAULT_MAP, RescueMap

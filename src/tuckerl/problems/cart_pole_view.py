@@ -8,12 +8,10 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tuckerl.problems.raster import Colour, Image
 from tuckerl.types import FloatArray
 
-Image = NDArray[np.uint8]
-Colour = tuple[int, int, int]
 Point = tuple[float, float]  # pixels rightwards and downwards
 
 SKY: Colour = (250, 250, 247)

@@ -7,26 +7,26 @@ are dark, the start is a square ring, the goal a diamond, the agent a disc, the 
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tuckerl.problems.maze import Cell, Maze
-from tuckerl.types import FloatArray
+from tuckerl.problems.raster import (
+    CELL_BOUNDS,
+    FREE,
+    GRID,
+    LONGER_SIDE,
+    RIM,
+    WALL,
+    Colour,
+    Image,
+    framed,
+    offsets,
+    paint,
+)
 
-Image = NDArray[np.uint8]
-Colour = tuple[int, int, int]
-
-WALL: Colour = (46, 52, 64)
-FREE: Colour = (250, 250, 247)
-GRID: Colour = (226, 228, 230)
 PATH: Colour = (86, 180, 233)
 START: Colour = (0, 158, 115)
 GOAL: Colour = (213, 94, 0)
 AGENT: Colour = (0, 76, 140)
-RIM: Colour = (255, 255, 255)
-
-LONGER_SIDE = 640
-"""Pixels that a picture's longer side has about, unless its cells would leave the bounds below."""
-CELL_BOUNDS = (6, 48)
 
 
 def write_maze(maze: Maze, steps: Iterable[tuple[Cell, Cell]], agent: Cell) -> str:
@@ -61,17 +61,13 @@ def draw_maze(maze: Maze, steps: Iterable[tuple[Cell, Cell]], agent: Cell) -> Im
     image[free & on_line] = GRID
     for one, other in steps:
         _draw_step(image, size, min(one, other), max(one, other))
-    x, y = _offsets(size)
+    x, y = offsets(size)
     largest = np.maximum(np.abs(x), np.abs(y))
-    _paint(image, size, maze.start, np.abs(largest - 0.36) - 0.07, START)
-    _paint(image, size, maze.goal, (np.abs(x) + np.abs(y) - 0.5) / np.sqrt(2), GOAL)
-    _paint(image, size, agent, np.hypot(x, y) - 0.42, RIM)
-    _paint(image, size, agent, np.hypot(x, y) - 0.34, AGENT)
-    frame = size // 2
-    framed = np.empty((image.shape[0] + 2 * frame, image.shape[1] + 2 * frame, 3), dtype=np.uint8)
-    framed[:] = WALL
-    framed[frame:-frame, frame:-frame] = image
-    return framed
+    paint(image, size, maze.start, np.abs(largest - 0.36) - 0.07, START)
+    paint(image, size, maze.goal, (np.abs(x) + np.abs(y) - 0.5) / np.sqrt(2), GOAL)
+    paint(image, size, agent, np.hypot(x, y) - 0.42, RIM)
+    paint(image, size, agent, np.hypot(x, y) - 0.34, AGENT)
+    return framed(image, size // 2)
 
 
 def _draw_step(image: Image, size: int, first: Cell, last: Cell) -> None:
@@ -81,17 +77,3 @@ def _draw_step(image: Image, size: int, first: Cell, last: Cell) -> None:
     rows = slice(first[0] * size + begin, last[0] * size + begin + width)
     columns = slice(first[1] * size + begin, last[1] * size + begin + width)
     image[rows, columns] = PATH
-
-
-def _offsets(size: int) -> tuple[FloatArray, FloatArray]:
-    """Return the distances of a cell's pixels from its centre, rightwards and downwards, in cells."""
-    offset: FloatArray = (np.arange(size) + 0.5) / size - 0.5
-    return offset[np.newaxis, :], offset[:, np.newaxis]
-
-
-def _paint(image: Image, size: int, cell: Cell, distance: FloatArray, colour: Colour) -> None:
-    """Colour a shape given by each pixel's distance from its edge (in cells, negative inside), its edge smoothed."""
-    top, left = cell[0] * size, cell[1] * size
-    block = image[top : top + size, left : left + size]
-    cover = np.clip(0.5 - distance * size, 0, 1)[:, :, np.newaxis]
-    block[:] = np.rint(block * (1 - cover) + np.array(colour) * cover).astype(np.uint8)

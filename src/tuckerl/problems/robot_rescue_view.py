@@ -7,7 +7,7 @@ joins a robot that grips with the object.
 
 import numpy as np
 
-from tuckerl.problems.maze_view import (
+from tuckerl.problems.raster import (
     CELL_BOUNDS,
     FREE,
     GRID,
@@ -16,8 +16,9 @@ from tuckerl.problems.maze_view import (
     WALL,
     Colour,
     Image,
-    _offsets,
-    _paint,
+    framed,
+    offsets,
+    paint,
 )
 from tuckerl.problems.robot_rescue import NOT_GRIPPING, Scene
 from tuckerl.problems.robot_rescue_map import FREE as FREE_MARK
@@ -51,25 +52,21 @@ def draw_rescue(world: RescueMap, scene: Scene) -> Image:
     on_line = np.zeros_like(free)
     on_line[::size] = on_line[:, ::size] = True
     image[free & on_line] = GRID
-    x, y = _offsets(size)
+    x, y = offsets(size)
     for row, column in np.argwhere(world.homes):
-        _paint(image, size, (int(row), int(column)), np.abs(_house(x, y)) - 0.045, HOUSE)
+        paint(image, size, (int(row), int(column)), np.abs(_house(x, y)) - 0.045, HOUSE)
     for cell, grip in zip(scene.robots, scene.grips, strict=True):
         if grip != NOT_GRIPPING:
             _draw_bar(image, size, min(cell, scene.object), world)
     square = np.maximum(np.abs(x), np.abs(y))
-    _paint(image, size, world.cell(scene.object), square - 0.34, RIM)
-    _paint(image, size, world.cell(scene.object), square - 0.28, THING)
+    paint(image, size, world.cell(scene.object), square - 0.34, RIM)
+    paint(image, size, world.cell(scene.object), square - 0.28, THING)
     first, second = (world.cell(cell) for cell in scene.robots)
-    _paint(image, size, first, np.hypot(x, y) - 0.38, RIM)
-    _paint(image, size, first, np.hypot(x, y) - 0.32, DISC)
-    _paint(image, size, second, _triangle(x, y) - 0.06, RIM)
-    _paint(image, size, second, _triangle(x, y), TRIANGLE)
-    frame = size // 2
-    framed = np.empty((image.shape[0] + 2 * frame, image.shape[1] + 2 * frame, 3), dtype=np.uint8)
-    framed[:] = WALL
-    framed[frame:-frame, frame:-frame] = image
-    return framed
+    paint(image, size, first, np.hypot(x, y) - 0.38, RIM)
+    paint(image, size, first, np.hypot(x, y) - 0.32, DISC)
+    paint(image, size, second, _triangle(x, y) - 0.06, RIM)
+    paint(image, size, second, _triangle(x, y), TRIANGLE)
+    return framed(image, size // 2)
 
 
 def _draw_bar(image: Image, size: int, left: int, world: RescueMap) -> None:

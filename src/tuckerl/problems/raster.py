@@ -1,0 +1,40 @@
+"""Pictures of grids as arrays of pixels: shapes in cells, their edges smoothed, a frame around all."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tuckerl.types import FloatArray
+
+Image = NDArray[np.uint8]
+Colour = tuple[int, int, int]
+
+WALL: Colour = (46, 52, 64)
+FREE: Colour = (250, 250, 247)
+GRID: Colour = (226, 228, 230)
+RIM: Colour = (255, 255, 255)
+
+LONGER_SIDE = 640
+"""Pixels that a picture's longer side has about, unless its cells would leave the bounds below."""
+CELL_BOUNDS = (6, 48)
+
+
+def offsets(size: int) -> tuple[FloatArray, FloatArray]:
+    """Return the distances of a cell's pixels from its centre, rightwards and downwards, in cells."""
+    offset: FloatArray = (np.arange(size) + 0.5) / size - 0.5
+    return offset[np.newaxis, :], offset[:, np.newaxis]
+
+
+def paint(image: Image, size: int, cell: tuple[int, int], distance: FloatArray, colour: Colour) -> None:
+    """Colour a shape given by each pixel's distance from its edge (in cells, negative inside), its edge smoothed."""
+    top, left = cell[0] * size, cell[1] * size
+    block = image[top : top + size, left : left + size]
+    cover = np.clip(0.5 - distance * size, 0, 1)[:, :, np.newaxis]
+    block[:] = np.rint(block * (1 - cover) + np.array(colour) * cover).astype(np.uint8)
+
+
+def framed(image: Image, width: int) -> Image:
+    """Return the picture inside a frame of the walls' colour."""
+    whole = np.empty((image.shape[0] + 2 * width, image.shape[1] + 2 * width, 3), dtype=np.uint8)
+    whole[:] = WALL
+    whole[width:-width, width:-width] = image
+    return whole
