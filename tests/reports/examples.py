@@ -7,8 +7,11 @@ import numpy as np
 import polars as pl
 
 from tuckerl.problems.maze import Maze, sutton_maze
+from tuckerl.reports.picture import Picture
+from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.claims import Claim
 from tuckerl.studies.dyna_maze import DYNA_MAZE
+from tuckerl.studies.robot_rescue import ROBOT_RESCUE
 from tuckerl.studies.runner import SCHEMAS, Tables
 from tuckerl.studies.statistics import Band, Difference
 from tuckerl.studies.study import Scenario, Study
@@ -16,6 +19,7 @@ from tuckerl.studies.summary import Curve, Path, Summary, WeightCourse
 from tuckerl.types import FloatArray
 
 N_EPISODES = 20
+LEVELS = (0.5, 0.4, 0.6, 0.48)  # of the first four actions' weights
 NO_DIFFERENCE = Difference(math.nan, math.nan, math.nan, 0, 0)
 
 
@@ -25,9 +29,19 @@ def sutton(_: int) -> Maze:
 
 SCENARIO = replace(DYNA_MAZE, problem=sutton, n_instances=1, n_runs=3, n_episodes=N_EPISODES)
 
+SCENARIOS = (
+    CART_POLE.resized(n_runs=3, n_episodes=N_EPISODES),
+    SCENARIO,
+    ROBOT_RESCUE.resized(n_runs=3, n_episodes=N_EPISODES),
+)
 
-def study_of(scenario: Scenario = SCENARIO) -> Study:
-    return Study((scenario,), seed=5)
+
+def study_of(*scenarios: Scenario) -> Study:
+    return Study(scenarios or (SCENARIO,), seed=5)
+
+
+def scenario_of(picture: Picture) -> Scenario:
+    return next(scenario for scenario in SCENARIOS if scenario.name == picture.scenario)
 
 
 def band(mean: FloatArray, half: float = 1.0) -> Band:
@@ -42,7 +56,7 @@ def summary_of(scenario: Scenario = SCENARIO, n_episodes: int = N_EPISODES) -> S
         Curve(name, band((100 - i) * episodes), band(-i * episodes, i), 3, 0) for i, name in enumerate(names)
     )
     windows = np.arange(10, n_episodes + 1, 10)
-    levels = (0.5, 0.4, 0.6, 0.48)
+    levels = [*LEVELS, *np.linspace(0.1, 0.3, scenario.family.n_actions - 4)]
     weights = tuple(
         WeightCourse(name, windows, tuple(band(np.full(windows.size, level), 0.01) for level in levels))
         for name in names[1:]

@@ -6,17 +6,21 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from tests.reports.examples import N_EPISODES, SCENARIO, nothing_of, summary_of
+from tests.reports.examples import LEVELS, N_EPISODES, SCENARIO, SCENARIOS, nothing_of, scenario_of, summary_of
 from tuckerl.errors import ProblemError
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.reports.curves import CurveWords, gains
+from tuckerl.reports.fig9 import FIG9
 from tuckerl.reports.fig10 import draw_fig10
 from tuckerl.reports.fig11 import draw_fig11
+from tuckerl.reports.fig13 import FIG13
 from tuckerl.reports.figures import PICTURES
 from tuckerl.reports.looks import EndLabel, label_ends, looks
 from tuckerl.reports.omega import draw_omega_dyna_maze
-from tuckerl.reports.picture import Picture, own_style, render
+from tuckerl.reports.omega_map import CART_POLE_ACTIONS, RESCUE_ACTIONS
+from tuckerl.reports.picture import Picture, own_style, show
 from tuckerl.studies.dyna_maze import FAMILY
+from tuckerl.studies.statistics import Band
 from tuckerl.studies.study import variant
 
 
@@ -114,9 +118,9 @@ def test_omega_shows_each_action_of_the_pictured_variants_and_the_control() -> N
 
 @pytest.mark.parametrize("picture", PICTURES, ids=lambda picture: picture.name)
 def test_files_are_the_same_bytes_whatever_the_users_settings(picture: Picture) -> None:
-    first = render(picture, summary_of())
+    first = show(picture, summary_of(scenario_of(picture))).drawn
     with mpl.rc_context({"lines.linewidth": 9, "svg.hashsalt": "other", "font.size": 20, "axes.facecolor": "red"}):
-        second = render(picture, summary_of())
+        second = show(picture, summary_of(scenario_of(picture))).drawn
         assert mpl.rcParams["font.size"] == 20
     assert first == second
     assert first.png.startswith(b"\x89PNG")
@@ -124,19 +128,76 @@ def test_files_are_the_same_bytes_whatever_the_users_settings(picture: Picture) 
 
 
 @pytest.mark.parametrize("picture", PICTURES, ids=lambda picture: picture.name)
-@pytest.mark.parametrize("summary", [nothing_of(), summary_of(n_episodes=1), summary_of(n_episodes=10)])
-def test_little_or_nothing_can_be_drawn(picture: Picture, summary: object) -> None:
-    assert render(picture, summary).svg  # type: ignore[arg-type]  # parametrised values are objects to mypy
-    assert picture.caption(summary)  # type: ignore[arg-type]
-    assert picture.alt(summary)  # type: ignore[arg-type]
+@pytest.mark.parametrize("n_episodes", [None, 1, 10])
+def test_little_or_nothing_can_be_drawn(picture: Picture, n_episodes: int | None) -> None:
+    scenario = scenario_of(picture)
+    shown = show(picture, nothing_of(scenario) if n_episodes is None else summary_of(scenario, n_episodes))
+    assert shown.drawn.svg
+    assert shown.caption
+    assert "nan" not in (shown.caption + shown.alt).lower()
 
 
-def test_letters_are_at_least_8_points() -> None:
+def test_weights_of_runs_that_all_diverged_later_can_be_drawn() -> None:
     for picture in PICTURES:
-        with own_style():
-            figure = picture.draw(summary_of())
-            texts = [text for axes in figure.axes for text in (*axes.texts, axes.xaxis.label, *axes.get_xticklabels())]
-            assert min(float(text.get_fontsize()) for text in texts) >= 8
+        summary = summary_of(scenario_of(picture))
+        lost = tuple(
+            course._replace(bands=tuple(Band(*(np.full(2, np.nan),) * 3) for _ in course.bands))
+            for course in summary.weights
+        )
+        assert show(picture, summary._replace(weights=lost)).drawn.svg
+
+
+@pytest.mark.parametrize("picture", PICTURES, ids=lambda picture: picture.name)
+def test_letters_are_at_least_8_points(picture: Picture) -> None:
+    with own_style():
+        figure = picture.draw(summary_of(scenario_of(picture)))
+        ticks = [tick for axes in figure.axes for tick in (*axes.get_xticklabels(), *axes.get_yticklabels())]
+        texts = [text for axes in figure.axes for text in (*axes.texts, axes.xaxis.label, axes.title)]
+        assert min(float(text.get_fontsize()) for text in (*ticks, *texts)) >= 8
+
+
+@pytest.mark.parametrize(
+    ("picture", "total", "gain", "sign"),
+    [
+        (FIG9, "cumulative number of balanced steps", "balanced steps more than sarsa-lambda", 1),
+        (FIG13, "cumulative cost (steps to deliver)", "steps saved against team-q", -1),
+    ],
+)
+def test_curves_say_what_they_count_and_which_way_is_better(picture: Picture, total: str, gain: str, sign: int) -> None:
+    summary = summary_of(scenario_of(picture))
+    figure = picture.draw(summary)
+    assert [axes.get_ylabel() for axes in figure.axes] == [total, gain]
+    for place, curve in enumerate(summary.curves):
+        assert line_data(figure, 0, place)[1] == curve.band.mean.tolist()
+    for place, curve in enumerate(summary.curves[1:]):
+        assert line_data(figure, 1, place)[1] == (sign * curve.against_base.mean).tolist()
+
+
+def test_captions_count_the_runs_that_diverged() -> None:
+    summary = summary_of(SCENARIOS[0])
+    assert "diverged" not in FIG9.caption(summary)
+    lost = tuple(curve._replace(n_diverged=2) for curve in summary.curves[:2])
+    assert "4 runs of single variants" in FIG9.caption(summary._replace(curves=lost))
+
+
+@pytest.mark.parametrize(("place", "names"), [(0, CART_POLE_ACTIONS), (2, RESCUE_ACTIONS)])
+def test_maps_of_weights_show_every_action_of_the_one_agent_version(place: int, names: tuple[str, ...]) -> None:
+    scenario = SCENARIOS[place]
+    picture = next(p for p in PICTURES if p.name == f"omega-{scenario.name}")
+    over_time, _, last = picture.draw(summary_of(scenario)).axes  # the second is the colour bar's
+    assert over_time.get_title(loc="left") == f"{scenario.family.t_version}-1"
+    assert [label.get_text() for label in over_time.get_yticklabels()] == list(names)
+    values = np.asarray(over_time.collections[0].get_array()).reshape(len(names), -1)
+    assert values.shape == (scenario.family.n_actions, 2)
+    assert values[:4, 1].tolist() == list(LEVELS)
+    assert np.asarray(last.lines[0].get_xdata()).tolist() == values[:, -1].tolist()
+    assert np.asarray(last.lines[1].get_xdata())[0] == scenario.family.n_actions**-0.5
+
+
+def test_actions_are_named_as_the_problems_number_them() -> None:
+    assert CART_POLE_ACTIONS[0] == "\N{MINUS SIGN}1"
+    assert (CART_POLE_ACTIONS[10], CART_POLE_ACTIONS[20]) == ("0", "1")
+    assert (RESCUE_ACTIONS[0], RESCUE_ACTIONS[7], RESCUE_ACTIONS[24]) == ("left, left", "right, up", "stay, stay")
 
 
 def test_every_variant_looks_different() -> None:

@@ -4,11 +4,11 @@ import pytest
 
 from tests.reports.examples import NO_DIFFERENCE, SCENARIO, claim, weights_claim
 from tuckerl.reports import wording
-from tuckerl.reports.page import command, outcome
+from tuckerl.reports.page import commands, outcome
 from tuckerl.studies.dyna_maze import FAMILY
 from tuckerl.studies.paper import paper_study
 from tuckerl.studies.statistics import Difference
-from tuckerl.studies.study import variant
+from tuckerl.studies.study import Study, variant
 
 COMPARISONS = {comparison.id: comparison for comparison in SCENARIO.comparisons}
 
@@ -112,11 +112,24 @@ def test_the_outcome_counts_verdicts_and_wins_over_the_control() -> None:
     assert outcome([weights_claim()]) == "Of 1 claim, 1 holds."
 
 
-@pytest.mark.parametrize("quick", [False, True])
-def test_the_command_makes_the_same_study(quick: bool) -> None:
-    study = paper_study("dyna-maze", runs=7, episodes=30, seed=4, quick=quick)
-    words = command(study, study.scenarios[0]).split()
-    assert words[:3] == ["tuckerl", "reproduce", "dyna-maze"]
-    assert ("--quick" in words) == quick
-    numbers = {name: int(words[words.index(f"--{name}") + 1]) for name in ("runs", "episodes", "seed")}
-    assert paper_study("dyna-maze", quick=quick, **numbers).specification() == study.specification()
+@pytest.mark.parametrize("name", ["dyna-maze", "cart-pole", "all"])
+@pytest.mark.parametrize(
+    "numbers", [{}, {"runs": 7}, {"episodes": 30, "seed": 4}, {"runs": 7, "episodes": 30}, {"quick": True}]
+)
+def test_the_command_makes_the_same_study(name: str, numbers: dict[str, int]) -> None:
+    study = paper_study(name, **numbers)  # type: ignore[arg-type]  # quick is a flag
+    (line,) = commands(study)
+    words = line.split()
+    assert words[:3] == ["tuckerl", "reproduce", name]
+    given = {option: int(words[words.index(f"--{option}") + 1]) for option in numbers if option != "quick"}
+    assert given == {option: number for option, number in numbers.items() if option != "quick"}
+    assert ("--quick" in words) == ("quick" in numbers)
+    assert commands(study, with_cells=True) == [f"{line} --sensitivity"]
+
+
+def test_a_study_that_no_one_command_makes_is_repeated_by_scenario() -> None:
+    study = paper_study(runs=7)
+    first, *others = study.scenarios
+    mixed = commands(Study((first.resized(n_runs=4), *others), 3))
+    assert [line.split()[2] for line in mixed] == ["cart-pole", "dyna-maze", "robot-rescue"]
+    assert mixed[0] == "tuckerl reproduce cart-pole --runs 4 --episodes 300 --seed 3"

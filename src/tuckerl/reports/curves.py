@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from tuckerl.reports.looks import EndLabel, Look, label_ends, looks
+from tuckerl.reports.wording import counted, whole
 from tuckerl.studies.statistics import Band
 from tuckerl.studies.summary import Summary
 
@@ -53,7 +54,7 @@ def draw_curves(summary: Summary, words: CurveWords) -> Figure:
     """Draw the cumulative measure above and the gain on the base below, with 95 % bands."""
     figure = Figure(figsize=(6.9, 6.0))
     upper, lower = figure.subplots(
-        2, sharex=True, gridspec_kw={"left": 0.115, "right": 0.8, "top": 0.985, "bottom": 0.07, "hspace": 0.09}
+        2, sharex=True, gridspec_kw={"left": 0.115, "right": 0.78, "top": 0.985, "bottom": 0.07, "hspace": 0.09}
     )
     styles = looks(summary.scenario)
     n_episodes = summary.curves[0].band.mean.size
@@ -75,11 +76,30 @@ def draw_curves(summary: Summary, words: CurveWords) -> Figure:
     return figure
 
 
+def curves_caption(summary: Summary, summed: str) -> str:
+    """Return what the two panels show; `summed` says what is summed before it is cumulated over episodes."""
+    runs, base = counted(summary.scenario.n_runs, "run"), summary.curves[0].variant
+    lost = sum(curve.n_diverged for curve in summary.curves)
+    out = f" Left out because they diverged: {counted(lost, 'run')} of single variants." if lost else ""
+    return (
+        f"Above: {summed}; mean of {runs}. Below: the same as a difference from {base}, taken run by run, so that more "
+        "is better. Shaded: pointwise 95 % interval of the mean over runs (Student's t). The colour says how many "
+        f"agents there are; controls are dashed (constant weights) and dotted (permuted weights).{out}"
+    )
+
+
+def curves_alt(summary: Summary) -> str:
+    """Return the numbers at the curves' ends."""
+    ends = ", ".join(f"{curve.variant} {whole(float(curve.band.mean[-1]))}" for curve in summary.curves)
+    return f"Two panels of curves by episode. Steps cumulated at the end: {ends}."
+
+
 def _draw_line(axes: Axes, band: Band, look: Look, place: int) -> None:
     episodes = np.arange(1, band.mean.size + 1)
     every = max(band.mean.size // 8, 1)
     order = _MAIN if look.marker else _CONTROLS
-    axes.fill_between(episodes, band.low, band.high, color=look.colour, alpha=0.18, linewidth=0, zorder=order - 0.5)
+    shade = 0.18 if look.marker else 0.09  # nine bands on one another: the controls' are paler
+    axes.fill_between(episodes, band.low, band.high, color=look.colour, alpha=shade, linewidth=0, zorder=order - 0.5)
     axes.plot(
         episodes,
         band.mean,

@@ -3,9 +3,10 @@
 import math
 import platform
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from importlib.resources import files
+from itertools import product
 from typing import Any, NamedTuple
 
 from jinja2 import Environment, StrictUndefined
@@ -13,10 +14,14 @@ from markupsafe import Markup
 
 from tuckerl._version import __version__
 from tuckerl.reports import wording
-from tuckerl.reports.picture import Picture
+from tuckerl.reports.gain_words import gain_rows, what_works, without_the_step
+from tuckerl.reports.picture import Shown
+from tuckerl.reports.tables import MARKS, assumption_rows, cell_rows
 from tuckerl.studies.claims import Claim
-from tuckerl.studies.paper import SCENARIOS
-from tuckerl.studies.statistics import CONFIDENCE, N_RESAMPLES, Difference
+from tuckerl.studies.gain import Gain
+from tuckerl.studies.paper import SCENARIOS, paper_study
+from tuckerl.studies.sensitivity import Cell
+from tuckerl.studies.statistics import CONFIDENCE, MEASURES, N_RESAMPLES
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.studies.summary import Curve, Summary
 
@@ -28,27 +33,42 @@ _VERDICTS = {
 }
 
 
-class Shown(NamedTuple):
-    """A picture as drawn for a summary."""
+class Extras(NamedTuple):
+    """What the page can show beside the scenarios themselves."""
 
-    picture: Picture
-    summary: Summary
-    svg: str
+    gains: Sequence[Gain] = ()
+    cells: Sequence[Cell] = ()
+    sensitivity: Shown | None = None
 
 
-def render_page(study: Study, claims: Sequence[Claim], summaries: Sequence[Summary], shown: Sequence[Shown]) -> str:
-    """Return the page, with everything it needs inside it."""
+NO_EXTRAS = Extras()
+
+
+def render_page(
+    study: Study,
+    claims: Sequence[Claim],
+    summaries: Sequence[Summary],
+    shown: Mapping[str, Sequence[Shown]],
+    extras: Extras = NO_EXTRAS,
+) -> str:
+    """Return the page, with everything it needs inside it; `shown` holds the figures by scenario."""
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
     template = environment.from_string(files("tuckerl.reports").joinpath("template.html").read_text(encoding="utf-8"))
-    scenarios = [_scenario(study, summary, [s for s in shown if s.summary is summary]) for summary in summaries]
+    gains = {gain.scenario.name: gain for gain in extras.gains}
+    scenarios = [_scenario(summary, shown.get(summary.scenario.name, ()), gains) for summary in summaries]
     interactive = any(figure["plotly"] for scenario in scenarios for figure in scenario["figures"])
     return template.render(
         claims=[_claim(study, claim) for claim in claims],
         outcome=outcome(claims),
+        marks=MARKS,
+        assumptions=assumption_rows(study),
         scenarios=scenarios,
+        cells=cell_rows(extras.cells),
+        sensitivity=_figure(extras.sensitivity) if extras.sensitivity else None,
         seed=study.seed,
+        commands=commands(study, with_cells=bool(extras.cells)),
         versions=_versions(),
         plotly_js=_plotly_js() if interactive else "",
         confidence=round(100 * CONFIDENCE),
@@ -71,14 +91,34 @@ def outcome(claims: Sequence[Claim]) -> str:
     )
 
 
-def command(study: Study, scenario: Scenario) -> str:
-    """Return the command line that runs a scenario of the study again."""
-    paper = SCENARIOS.get(scenario.name)
-    quick = " --quick" if paper is not None and scenario.n_instances != paper.n_instances else ""
-    return (
-        f"tuckerl reproduce {scenario.name}{quick} --runs {scenario.n_runs} --episodes {scenario.n_episodes} "
-        f"--seed {study.seed}"
-    )
+def commands(study: Study, *, with_cells: bool = False) -> list[str]:
+    """Return the shortest command lines that run the study again: one, if one can say it all, or one a scenario."""
+    name = study.scenarios[0].name if len(study.scenarios) == 1 else "all"
+    first = study.scenarios[0]
+    numbers = {"runs": first.n_runs, "episodes": first.n_episodes}
+    wanted = study.specification()
+    for kept, quick in product(((), ("runs",), ("episodes",), ("runs", "episodes")), (False, True)):
+        chosen = {option: numbers[option] for option in kept}
+        made = paper_study(name, seed=study.seed, quick=quick, **chosen) if name in (*SCENARIOS, "all") else None
+        if made is not None and made.specification() == wanted:
+            return [_command(name, quick, chosen, study.seed, with_cells)]
+    parts = []
+    for scenario in study.scenarios:
+        paper = SCENARIOS.get(scenario.name)
+        quick = paper is not None and scenario.n_instances != paper.n_instances
+        numbers = {"runs": scenario.n_runs, "episodes": scenario.n_episodes}
+        parts.append(_command(scenario.name, quick, numbers, study.seed, with_cells))
+    return parts
+
+
+def _command(name: str, quick: bool, numbers: Mapping[str, int], seed: int, with_cells: bool) -> str:
+    options = [
+        *(["--quick"] if quick else []),
+        *(f"--{option} {number}" for option, number in numbers.items()),
+        f"--seed {seed}",
+        *(["--sensitivity"] if with_cells else []),
+    ]
+    return f"tuckerl reproduce {name} {' '.join(options)}"
 
 
 def inlined(svg: str, name: str, alt: str) -> Markup:
@@ -107,8 +147,8 @@ def _claim(study: Study, claim: Claim) -> dict[str, Any]:
         "verdict": claim.verdict,
         "mark": claim.verdict.replace(" ", "-"),
         "reading": wording.reading(claim, comparison, scenario),
-        "difference": _difference(claim.difference),
-        "control": _difference(claim.control),
+        "difference": wording.shown(claim.difference),
+        "control": wording.shown(claim.control),
         "runs": f"{claim.runs:,}" if compared else wording.counted(claim.runs, "run"),
         "diverged": _diverged(claim) if compared or claim.difference.n_diverged else wording.NOTHING,
         "detail": claim.detail,
@@ -120,11 +160,7 @@ def _diverged(claim: Claim) -> str:
     return f"{own:,}" if own == control else f"{own:,} (control: {control:,})"
 
 
-def _difference(difference: Difference) -> dict[str, str]:
-    return {"mean": wording.percent(difference), "interval": wording.percent_interval(difference)}
-
-
-def _scenario(study: Study, summary: Summary, shown: Sequence[Shown]) -> dict[str, Any]:
+def _scenario(summary: Summary, shown: Sequence[Shown], gains: Mapping[str, Gain]) -> dict[str, Any]:
     scenario = summary.scenario
     curves = {curve.variant: curve for curve in summary.curves}
     return {
@@ -136,9 +172,21 @@ def _scenario(study: Study, summary: Summary, shown: Sequence[Shown]) -> dict[st
         "base": scenario.variants[0].name,
         "settings": _settings(scenario),
         "variants": [_variant(variant, curves.get(variant.name), summary) for variant in scenario.variants],
+        "best": "Longest" if MEASURES[scenario.measure].larger_is_better else "Shortest",
+        "figures": [_figure(one) for one in shown if one.name != f"gain-{scenario.name}"],
+        "gain": _gain(gains.get(scenario.name), [one for one in shown if one.name == f"gain-{scenario.name}"]),
+    }
+
+
+def _gain(gain: Gain | None, shown: Sequence[Shown]) -> dict[str, Any] | None:
+    if gain is None:
+        return None
+    return {
+        "base": gain.scenario.family.base,
+        "rows": gain_rows(gain),
+        "what_works": what_works(gain),
+        "without": without_the_step(gain),
         "figures": [_figure(one) for one in shown],
-        "assumptions": scenario.assumptions,
-        "command": command(study, scenario),
     }
 
 
@@ -151,7 +199,7 @@ def _variant(variant: Variant, curve: Curve | None, summary: Summary) -> dict[st
         "name": variant.name,
         "described": wording.described(variant),
         "agents": variant.n_agents,
-        "shortest": wording.tenths(_known(summary.shortest_episodes.get(variant.name))),
+        "best": wording.tenths(_known(summary.best_episodes.get(variant.name))),
         "total": wording.whole(total[0]),
         "total_interval": wording.interval(total[1], total[2]),
         "against": wording.NOTHING if is_base else wording.whole(against[0]),
@@ -177,13 +225,12 @@ def _settings(scenario: Scenario) -> str:
 
 
 def _figure(one: Shown) -> dict[str, Any]:
-    picture, summary = one.picture, one.summary
     return {
-        "name": picture.name,
-        "title": picture.title,
-        "caption": picture.caption(summary),
-        "svg": inlined(one.svg, picture.name, picture.alt(summary)),
-        "plotly": picture.interactive(summary) if picture.interactive else None,
+        "name": one.name,
+        "title": one.title,
+        "caption": one.caption,
+        "svg": inlined(one.drawn.svg.decode(), one.name, one.alt),
+        "plotly": one.plotly,
     }
 
 

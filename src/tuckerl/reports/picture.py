@@ -58,10 +58,28 @@ def own_style() -> AbstractContextManager[None]:
     return mpl.rc_context(settings | _STYLE)
 
 
-def render(picture: Picture, summary: Summary) -> Drawn:
-    """Draw a picture."""
+class Shown(NamedTuple):
+    """A figure as drawn, and all that the page says of it."""
+
+    name: str
+    title: str
+    caption: str
+    alt: str
+    drawn: Drawn
+    plotly: dict[str, Any] | None = None
+
+
+def show(picture: Picture, summary: Summary) -> Shown:
+    """Draw a picture of a summary."""
+    drawn = render(lambda: picture.draw(summary))
+    plotly = picture.interactive(summary) if picture.interactive else None
+    return Shown(picture.name, picture.title, picture.caption(summary), picture.alt(summary), drawn, plotly)
+
+
+def render(draw: Callable[[], Figure]) -> Drawn:
+    """Draw a figure and return its files."""
     with own_style():
-        figure = picture.draw(summary)
+        figure = draw()
         svg, png = io.BytesIO(), io.BytesIO()
         figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
         figure.savefig(png, format="png", dpi=PNG_DPI, metadata={"Software": None})

@@ -50,14 +50,25 @@ def percent_interval(difference: Difference) -> str:
     return _minus(f"[{100 * difference.low:.1f}, {100 * difference.high:.1f}]")
 
 
+def signed(value: float) -> str:
+    """Return a number of a percentage with its sign, without decimals from 10 on."""
+    return _minus(f"{value:+.0f}" if abs(value) >= 9.95 else f"{value:+.1f}") if value else "0"
+
+
+def shown(difference: Difference) -> dict[str, str]:
+    """Return a difference and its interval for a table's cell."""
+    return {"mean": percent(difference), "interval": percent_interval(difference)}
+
+
 def reading(claim: Claim, comparison: Comparison | None, scenario: Scenario | None) -> str:
     """Return what a claim's two intervals say together, in plain words."""
-    if comparison is None or scenario is None or math.isnan(claim.difference.mean):
+    if comparison is None or scenario is None:
         return ""
-    agents = {variant.name: variant.n_agents for variant in scenario.variants}
-    several = agents.get(comparison.candidate, 1) > 1
+    if math.isnan(claim.difference.mean):
+        lost = claim.difference.n_diverged
+        return f"Nothing is left to compare: in {_all_of(lost)} a run diverged." if lost else "No pair was run."
     if claim.verdict == "holds":
-        return _reading_of_gain(claim.control, several)
+        return _reading_of_gain(claim.control, _causes(comparison, scenario))
     first = "The opposite is the case: the whole interval lies below 0."
     if claim.verdict == "not decided":
         missing = math.isnan(claim.difference.low)
@@ -65,23 +76,39 @@ def reading(claim: Claim, comparison: Comparison | None, scenario: Scenario | No
     return f"{first} {_against_control(claim.control)}."
 
 
-def _reading_of_gain(control: Difference, several: bool) -> str:
-    """Say whether a gain over the base is one over the control too.
+def _all_of(pairs: int) -> str:
+    return "the one pair" if pairs == 1 else f"all {pairs:,} pairs"
 
-    With several agents the control shares among them as the candidate does, so that it accounts for that as well.
+
+def _causes(comparison: Comparison, scenario: Scenario) -> tuple[str, str]:
+    """Return what the control shares with the candidate but not with the base, and the ending of its verb.
+
+    With several agents the control shares among them as the candidate does, so that it accounts for that as well; the
+    smaller learning rate, the base can have itself.
     """
+    agents = {variant.name: variant.n_agents for variant in scenario.variants}
+    candidate, base = agents.get(comparison.candidate, 1), agents.get(comparison.base, 1)
+    if candidate > 1 and base == candidate:
+        return "constant weights and the same sharing", ""
+    return ("the smaller learning rate and the sharing", "") if candidate > 1 else ("the smaller learning rate", "s")
+
+
+def _reading_of_gain(control: Difference, causes: tuple[str, str]) -> str:
+    """Say whether a gain over the base is one over the control too."""
     against = _against_control(control)
     if math.isnan(control.low) or math.isnan(control.high):
         return f"{against}."
-    causes, s = ("the smaller learning rate and the sharing", "") if several else ("the smaller learning rate", "s")
+    cause, s = causes
     if control.low > 0:
-        return f"{against}: {causes} alone do{'es' if s else ''} not explain it."
+        return f"{against}: {cause} alone do{'es' if s else ''} not explain it."
     if control.high < 0:
-        return f"{against}: {causes} explain{s} the gain, and the tensor's weights lessen it."
-    return f"{against}: {causes} explain{s} the gain, as far as these runs can tell."
+        return f"{against}: {cause} explain{s} the gain, and the tensor's weights lessen it."
+    return f"{against}: {cause} explain{s} the gain, as far as these runs can tell."
 
 
 def _against_control(control: Difference) -> str:
+    if control.n_pairs == 0 and control.n_diverged == 0:
+        return "There is no run of the control to compare it with"
     if math.isnan(control.low) or math.isnan(control.high):
         return "Too few pairs to compare it with the control"
     if control.low > 0:

@@ -25,6 +25,8 @@ class Ingredient(NamedTuple):
     label: str
     variant: str
     difference: Difference  # to the base, in favour of the method
+    before: str  # the variant that the ingredient is added to
+    added: Difference  # to that one: what the ingredient itself does
 
 
 class Gain(NamedTuple):
@@ -70,9 +72,15 @@ def _ways(scenario: Scenario) -> list[tuple[str, Variant]]:
 
 def _gain(study: Study, scenario: Scenario, runs: pl.DataFrame) -> Gain:
     measure = MEASURES[scenario.measure]
-    base, *others = _ways(scenario)
+    (_, base), *others = _ways(scenario)
     ingredients = []
+    last = base.name  # of the way so far; every sharing rule is added to its end, and the slow base to the base
     for place, (label, made) in enumerate(others):
-        rng = np.random.default_rng([study.seed, scenario.number, place])
-        ingredients.append(Ingredient(label, made.name, compare(runs, base[1].name, made.name, measure, rng)))
+        before = base.name if made.tensor_step is None else last
+        # What is added has a stream of its own, so that the difference to the base is what it was without it.
+        entropy = [study.seed, scenario.number, place]
+        difference = compare(runs, base.name, made.name, measure, np.random.default_rng(entropy))
+        added = compare(runs, before, made.name, measure, np.random.default_rng([*entropy, 1]))
+        ingredients.append(Ingredient(label, made.name, difference, before, added))
+        last = made.name if made.n_agents == 1 and made.tensor_step is not None else last
     return Gain(scenario, tuple(ingredients))

@@ -7,7 +7,7 @@ import polars as pl
 
 from tuckerl.studies.claims import Claim, test_claims
 from tuckerl.studies.runner import Tables
-from tuckerl.studies.statistics import Band, mean_band
+from tuckerl.studies.statistics import MEASURES, Band, mean_band
 from tuckerl.studies.study import Scenario, Study
 from tuckerl.types import FloatArray, IntArray
 
@@ -44,7 +44,7 @@ class Summary(NamedTuple):
     curves: tuple[Curve, ...]
     weights: tuple[WeightCourse, ...]
     paths: tuple[Path, ...]
-    shortest_episodes: dict[str, float]  # by variant: mean over runs and agents
+    best_episodes: dict[str, float]  # by variant: steps of an agent's shortest (or longest: `measure`), mean over all
     seconds: dict[str, float]  # by variant: mean processor time of a run and agent
 
 
@@ -57,7 +57,9 @@ def summarise(study: Study, tables: Tables) -> tuple[list[Claim], list[Summary]]
 def _summary(scenario: Scenario, tables: Tables) -> Summary:
     runs, weights, paths, times = (frame.filter(pl.col("scenario") == scenario.name) for frame in tables)
     names = [variant.name for variant in scenario.variants]
-    shortest = runs.group_by("variant", "instance", "run", "agent").agg(pl.col("steps").min()).group_by("variant")
+    longer_is_better = MEASURES[scenario.measure].larger_is_better
+    best = pl.col("steps").max() if longer_is_better else pl.col("steps").min()
+    best_episodes = runs.group_by("variant", "instance", "run", "agent").agg(best).group_by("variant")
     seconds = times.group_by("variant").agg((pl.col("seconds") / pl.col("agents")).mean())
     courses = (_weight_course(name, weights.filter(pl.col("variant") == name)) for name in names)
     return Summary(
@@ -65,7 +67,7 @@ def _summary(scenario: Scenario, tables: Tables) -> Summary:
         _curves(scenario, runs),
         tuple(course for course in courses if course is not None),
         tuple(_path(name, paths.filter(pl.col("variant") == name)) for name in scenario.pictured),
-        dict(shortest.agg(pl.col("steps").mean()).iter_rows()),
+        dict(best_episodes.agg(pl.col("steps").mean()).iter_rows()),
         dict(seconds.iter_rows()),
     )
 

@@ -1,0 +1,72 @@
+"""Which ingredient does the work, in words and as a table's rows."""
+
+import math
+from typing import Any
+
+from tuckerl.reports import wording
+from tuckerl.studies.gain import Gain, Ingredient
+
+
+def what_works(gain: Gain) -> str:
+    """Say which ingredients add a gain, by the intervals of what each adds to the variant that it is added to."""
+    steps = sorted((one for one in _steps(gain)), key=lambda one: -one.added.mean)
+    told = [one for one in steps if not math.isnan(one.added.low)]
+    helping = [_with_number(one) for one in told if one.added.low > 0]
+    harming = [_with_number(one) for one in reversed(told) if one.added.high < 0]
+    if not told:
+        return "Which ingredient does the work cannot be told: no step has enough pairs for an interval."
+    text = "No ingredient adds a gain whose whole interval lies above 0"
+    if helping:
+        text = f"By these intervals the work is done by {_listed(helping)}"
+    if harming:
+        text += f"; {_listed(harming)} take{'s' if len(harming) == 1 else ''} from it"
+    open_ones = len(told) - len(helping) - len(harming)
+    if open_ones:
+        text += f"; of {wording.counted(open_ones, 'other step')} the interval covers 0"
+    untold = len(steps) - len(told)
+    if untold:
+        text += f"; for {wording.counted(untold, 'step')} too few pairs are left"
+    return text + "."
+
+
+def without_the_step(gain: Gain) -> str:
+    """Say what the smaller learning rate does on its own, where that was run."""
+    slow = next((one for one in gain.ingredients if _is_slow_base(gain, one)), None)
+    if slow is None or math.isnan(slow.difference.low):
+        return ""
+    rate = f"{wording.percent(slow.difference)} {wording.percent_interval(slow.difference)}"
+    return f"The smaller learning rate alone, from the first episode on and without any tensor step: {rate}."
+
+
+def gain_rows(gain: Gain) -> list[dict[str, Any]]:
+    """Return the table's rows."""
+    return [
+        {
+            "label": one.label,
+            "variant": one.variant,
+            "difference": wording.shown(one.difference),
+            "before": one.before,
+            "added": wording.shown(one.added),
+            "pairs": f"{one.difference.n_pairs:,}",
+            "diverged": f"{one.difference.n_diverged:,}",
+        }
+        for one in gain.ingredients
+    ]
+
+
+def _steps(gain: Gain) -> list[Ingredient]:
+    return [one for one in gain.ingredients if not _is_slow_base(gain, one)]
+
+
+def _is_slow_base(gain: Gain, ingredient: Ingredient) -> bool:
+    variants = {variant.name: variant for variant in gain.scenario.variants}
+    return variants[ingredient.variant].tensor_step is None
+
+
+def _with_number(one: Ingredient) -> str:
+    label = one.label.removeprefix("+ ")
+    return f"{label} ({wording.percent(one.added)} {wording.percent_interval(one.added)} over {one.before})"
+
+
+def _listed(parts: list[str]) -> str:
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

@@ -1,0 +1,167 @@
+"""The claims under other readings of the paper, as a map of effect sizes."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import FuncFormatter
+
+from tuckerl.reports import wording
+from tuckerl.reports.looks import BLACK
+from tuckerl.reports.picture import Shown, render
+from tuckerl.studies.paper import SCENARIOS
+from tuckerl.studies.sensitivity import DEFAULT, Cell
+
+# Orange against blue keeps apart for every colour-blindness; in grey, where both ends darken, the printed sign and
+# the verdict's triangle tell them apart. The ends are pale enough for black letters.
+COLOURS = LinearSegmentedColormap.from_list("orange-blue", ["#d97f2e", "#f2c394", "#fafafa", "#a5c9e4", "#4f95c9"])
+LIMITS = (0.05, 0.1, 0.2, 0.5, 1.0)  # of the colour scale: the first that nine tenths of the cells keep to
+
+VERDICT_MARKERS = {"holds": "^", "does not hold": "v", "not decided": "o"}
+_ROW, _HEADER = 0.4, 1.12  # inches
+
+
+def show_sensitivity(cells: Sequence[Cell]) -> Shown:
+    """Draw all cells."""
+    changed = [f"{cell.claim.id} with {cell.alternative}" for cell in cells if is_changed(cell, cells)]
+    return Shown(
+        "sensitivity",
+        "The claims under other readings of the paper",
+        (
+            "How much better the claim's candidate does than its base, in percent of the base's mean, when one thing "
+            "is read otherwise (across; the first column is the default reading on the same few runs, so that its "
+            "verdict can differ from the one above). The sign below a number is the verdict by its 95 % interval; a "
+            "heavy frame marks another verdict than the default's. All are on the same seeds."
+        ),
+        "A table in colours, claims down and readings across. "
+        + (f"Another verdict than the default's: {', '.join(changed)}." if changed else "No verdict changes."),
+        render(lambda: draw_sensitivity(cells)),
+    )
+
+
+def is_changed(cell: Cell, cells: Sequence[Cell]) -> bool:
+    """Return whether a claim's verdict differs from that of the default reading of the same runs.
+
+    Pairs that all diverged have no verdict either, which is a change; pairs that were never run say nothing.
+    """
+    run = cell.claim.difference.n_pairs + cell.claim.difference.n_diverged > 0
+    return run and any(
+        other.claim.verdict != cell.claim.verdict
+        for other in cells
+        if (other.scenario, other.claim.id, other.alternative) == (cell.scenario, cell.claim.id, DEFAULT)
+    )
+
+
+def draw_sensitivity(cells: Sequence[Cell]) -> Figure:
+    """Draw one panel for each scenario: claims down, readings across."""
+    groups = {name: [c for c in cells if c.scenario == name] for name in dict.fromkeys(c.scenario for c in cells)}
+    rows = [len({cell.claim.id for cell in group}) for group in groups.values()]
+    height = sum(rows) * _ROW + len(groups) * _HEADER + 0.9
+    figure = Figure(figsize=(7.4, height))
+    norm = Normalize(-_limit(cells), _limit(cells))
+    columns = max(len({cell.alternative for cell in group}) for group in groups.values())
+    top = height
+    for group, n_rows in zip(groups.values(), rows, strict=True):
+        top -= _HEADER + n_rows * _ROW
+        n_columns = len({cell.alternative for cell in group})
+        width = 0.82 * n_columns / columns
+        axes = figure.add_axes((0.06, top / height, width, n_rows * _ROW / height))
+        _draw_panel(axes, group, norm)
+    _draw_keys(figure, norm)
+    return figure
+
+
+def _limit(cells: Sequence[Cell]) -> float:
+    sizes = [abs(cell.claim.difference.mean) for cell in cells if not math.isnan(cell.claim.difference.mean)]
+    reached = float(np.quantile(sizes, 0.9)) if sizes else 0.0
+    return next((limit for limit in LIMITS if limit >= reached), LIMITS[-1])
+
+
+def _draw_panel(axes: Axes, cells: Sequence[Cell], norm: Normalize) -> None:
+    claims = list(dict.fromkeys(cell.claim.id for cell in cells))
+    alternatives = list(dict.fromkeys(cell.alternative for cell in cells))
+    axes.set_xlim(-0.5, len(alternatives) - 0.5)
+    axes.set_ylim(len(claims) - 0.5, -0.5)
+    for cell in cells:
+        place = (alternatives.index(cell.alternative), claims.index(cell.claim.id))
+        _draw_cell(axes, cell, place, norm)
+    for cell in cells:  # after all cells, so that no neighbour covers a part of the frame
+        if is_changed(cell, cells):
+            corner = (alternatives.index(cell.alternative) - 0.5, claims.index(cell.claim.id) - 0.5)
+            frame = Rectangle(corner, 1, 1, fill=False, edgecolor=BLACK, linewidth=2.2, zorder=4, clip_on=False)
+            axes.add_patch(frame)
+    axes.set_yticks(range(len(claims)), claims, fontweight="bold")
+    axes.xaxis.tick_top()
+    axes.set_xticks(range(len(alternatives)), alternatives, rotation=32, ha="left", rotation_mode="anchor")
+    axes.tick_params(length=0)
+    axes.tick_params(axis="x", pad=2)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    title = SCENARIOS[cells[0].scenario].title if cells[0].scenario in SCENARIOS else cells[0].scenario
+    above = (-0.35 * 72, (_HEADER - 0.3) * 72)  # points
+    axes.annotate(title, (0, 1), above, xycoords="axes fraction", textcoords="offset points", fontweight="bold")
+
+
+def _draw_cell(axes: Axes, cell: Cell, place: tuple[int, int], norm: Normalize) -> None:
+    x, y = place
+    difference = cell.claim.difference
+    empty = math.isnan(difference.mean)
+    axes.add_patch(
+        Rectangle(
+            (x - 0.5, y - 0.5),
+            1,
+            1,
+            facecolor="white" if empty else to_rgb(COLOURS(norm(difference.mean))[:3]),
+            edgecolor="0.75" if empty else "white",
+            linewidth=1.2,
+            hatch="////" if empty else None,
+        )
+    )
+    axes.text(
+        x,
+        y - 0.14,
+        cell_words(cell),
+        fontsize=8,
+        color=BLACK,
+        horizontalalignment="center",
+        verticalalignment="center",
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0} if empty else None,
+    )
+    marker = VERDICT_MARKERS.get(cell.claim.verdict, "o")
+    face = "white" if marker == "o" else BLACK
+    if not empty:
+        axes.plot(x, y + 0.27, marker, markersize=4.2, markerfacecolor=face, markeredgecolor=BLACK, markeredgewidth=0.8)
+
+
+def cell_words(cell: Cell) -> str:
+    """Return the number of a cell, or why it has none."""
+    difference = cell.claim.difference
+    if not math.isnan(difference.mean):
+        return wording.signed(100 * difference.mean) + " %"
+    return "diverged" if difference.n_diverged else "no pairs"
+
+
+def _draw_keys(figure: Figure, norm: Normalize) -> None:
+    height = figure.get_size_inches()[1]
+    bar_axes = figure.add_axes((0.06, 0.45 / height, 0.27, 0.12 / height))
+    bar = figure.colorbar(ScalarMappable(norm, COLOURS), cax=bar_axes, orientation="horizontal", extend="both")
+    bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.signed(100 * value)))
+    bar.set_label("better than the base by (%)", fontsize=8, labelpad=1)
+    dot = {"linestyle": "none", "markersize": 5, "markeredgecolor": BLACK, "markeredgewidth": 0.8}
+    keys: list[Line2D | Patch] = [
+        Line2D([], [], marker=marker, markerfacecolor="white" if marker == "o" else BLACK, label=verdict, **dot)  # type: ignore[arg-type]
+        for verdict, marker in VERDICT_MARKERS.items()
+    ]
+    keys += [
+        Patch(facecolor="white", edgecolor=BLACK, linewidth=2.2, label="verdict other than as read"),
+        Patch(facecolor="white", edgecolor="0.75", hatch="////", label="no pair left"),
+    ]
+    figure.legend(
+        handles=keys, loc="lower left", bbox_to_anchor=(0.37, 0.06 / height), ncols=3, frameon=False, handletextpad=0.5
+    )
