@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.learners.worlds import corridor
-from tuckerl import DynaH, QLearning, TabularMDP, TensorStep
+from tests.learners.worlds import corridor, random_mdp, sarsa_lambda_twin
+from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TabularMDP, TeamQ, TensorStep
 from tuckerl.errors import DivergenceWarning
 
 # It stays where it is for ever, and each step adds 1e307: the value overflows with the 18th.
@@ -28,6 +28,47 @@ def test_learning_stops_where_a_table_overflows(step: TensorStep | None, n_agent
         learner.learn(10)
     assert learner.steps.shape == (4, n_agents)
     assert [trajectory.size for trajectory in learner.trajectories] == [0] * n_agents
+
+
+@pytest.mark.parametrize("learner", [Sarsa, SarsaLambda, TeamQ])
+@pytest.mark.parametrize("n_agents", [1, 2])
+def test_other_learners_stop_there_too(learner: Any, n_agents: int) -> None:
+    made = learner(RUNAWAY, n_agents=n_agents, **SETTINGS, **({} if learner is Sarsa else {"lambda_": 0.0}))
+    with pytest.warns(DivergenceWarning, match="left the finite numbers in episode 4"):
+        made.learn(10)
+    assert made.diverged_at == 4
+    assert made.steps.tolist() == [[4] * n_agents] * 4
+
+
+@pytest.mark.parametrize("carry_trace", [False, True])
+def test_accumulating_traces_with_alpha_1_overflow_where_the_sweep_does(carry_trace: bool) -> None:
+    problem = random_mdp(2, n_states=3, limit=40, ends=0.0)
+    parameters: dict[str, Any] = {"alpha": 1.0, "trace": "accumulating", "epsilon": 1.0, "carry_trace": carry_trace}
+    slow = sarsa_lambda_twin(problem, seed=1, **parameters)
+    with np.errstate(over="ignore", invalid="ignore"):
+        episodes = 0
+        slow.episode(np.ones(3))
+        while np.isfinite(slow.q).all():
+            episodes += 1
+            slow.episode(np.ones(3))
+    assert episodes > 3
+    learner = SarsaLambda(problem, seed=1, **parameters)
+    with pytest.warns(DivergenceWarning, match=f"in episode {episodes}"):
+        learner.learn(1000)
+    assert learner.diverged_at == len(learner.steps) == episodes
+
+
+@pytest.mark.parametrize("learner", [SarsaLambda, TeamQ])
+def test_an_overflow_in_a_row_that_is_never_looked_at_again_is_noticed(learner: Any, tmp_path: Path) -> None:
+    # The last error, 1.5e308, is finite and so is its own pair; the first pair, which had 1e308, gets both.
+    states = np.arange(3)
+    problem = TabularMDP(
+        np.minimum(states + 1, 2)[:, None], np.array([[1e308], [0.0], [1.5e308]]), (states == 2)[:, None]
+    )
+    made = learner(problem, alpha=1.0, gamma=1.0, lambda_=1.0, seed=1)
+    with pytest.warns(DivergenceWarning, match="in episode 0"):
+        made.learn(3)
+    assert made.episodes == 0
 
 
 def test_dyna_h_notices_an_overflow_in_planning() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.learners.worlds import corridor
-from tuckerl import DynaH, QLearning, TabularMDP
+from tuckerl import DynaH, QLearning, SarsaLambda, TabularMDP, TeamQ
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TuckerlError, UnknownNameError
 
 PROBLEM = corridor()
@@ -34,6 +34,7 @@ WRONG_PARAMETERS: list[tuple[dict[str, Any], type[TuckerlError], str]] = [
     ({"initial_q": "zeros"}, ParameterTypeError, "initial_q .* got 'zeros'"),
     ({"initial_q": [[1.0], [1.0, 2.0]]}, ParameterTypeError, r"initial_q .* got \[\[1.0\], \[1.0, 2.0\]\]"),
     ({"tensor_step": "paper"}, ParameterTypeError, "tensor_step must be a tuckerl.TensorStep or None; got 'paper'"),
+    ({"bootstrap_terminal": 1}, ParameterTypeError, "bootstrap_terminal must be True or False; got 1"),
     ({"seed": -1}, ParameterError, "seed must be a whole number of at least 0; got -1"),
     ({"seed": "one"}, ParameterTypeError, "seed .* got 'one'"),
     ({"lambda_": 0.5}, ParameterTypeError, "QLearning has no parameter 'lambda_'; it takes alpha, gamma"),
@@ -62,6 +63,47 @@ def test_wrong_parameters(parameters: dict[str, Any], error: type[TuckerlError],
 def test_wrong_parameters_of_dyna_h(parameters: dict[str, Any], error: type[TuckerlError], message: str) -> None:
     with pytest.raises(error, match=message):
         DynaH(PROBLEM, **parameters)
+
+
+WRONG_TRACES: list[tuple[dict[str, Any], type[TuckerlError], str]] = [
+    ({"lambda_": -0.1}, ParameterError, r"lambda_ must be a number in \[0, 1\]; got -0.1"),
+    ({"lambda_": 1.1}, ParameterError, r"lambda_ must be a number in \[0, 1\]; got 1.1"),
+    ({"lambda_": float("nan")}, ParameterError, "lambda_ .* got nan"),
+    ({"lambda_": "x"}, ParameterTypeError, "lambda_ .* got 'x' of type str"),
+    ({"trace": "replaceing"}, UnknownNameError, "unknown trace 'replaceing': did you mean 'replacing'"),
+    ({"trace": 1}, ParameterTypeError, "trace must be one of accumulating, replacing; got 1"),
+    ({"carry_trace": None}, ParameterTypeError, "carry_trace must be True or False; got None"),
+    ({"bootstrap_terminal": "no"}, ParameterTypeError, "bootstrap_terminal must be True or False; got 'no'"),
+    ({"gamma": 2}, ParameterError, "gamma"),
+]
+
+
+@pytest.mark.parametrize("learner", [SarsaLambda, TeamQ])
+@pytest.mark.parametrize(("parameters", "error", "message"), WRONG_TRACES)
+def test_wrong_parameters_of_traces(
+    learner: Any, parameters: dict[str, Any], error: type[TuckerlError], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        learner(PROBLEM, **parameters)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "error", "message"),
+    [
+        ({"cut": 1}, ParameterTypeError, "cut must be True or False; got 1"),
+        ({"exploration": "nobody"}, UnknownNameError, "unknown exploration 'nobody': use one of members, team"),
+        ({"exploration": 2}, ParameterTypeError, "exploration must be one of members, team; got 2"),
+        ({"team": 3}, ParameterTypeError, "TeamQ has no parameter 'team'"),
+    ],
+)
+def test_wrong_parameters_of_teams(parameters: dict[str, Any], error: type[TuckerlError], message: str) -> None:
+    with pytest.raises(error, match=message):
+        TeamQ(PROBLEM, **parameters)
+
+
+def test_sarsa_lambda_has_no_cut() -> None:
+    with pytest.raises(ParameterTypeError, match="SarsaLambda has no parameter 'cut'"):
+        SarsaLambda(PROBLEM, cut=True)  # type: ignore[call-arg]
 
 
 def test_dyna_h_without_any_heuristic() -> None:

@@ -6,8 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.learners.worlds import corridor, random_maze, random_mdp
-from tuckerl import DynaH, QLearning, TabularMDP, TensorStep
+from tests.learners.worlds import corridor, drift, random_maze, random_mdp
+from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TabularMDP, TeamQ, TensorStep
+from tuckerl.errors import ParameterError, SavedFileError
+from tuckerl.learners.learner import Learner
 
 PROBLEM = random_mdp(31, n_states=9, n_outcomes=2, random_start=True)
 STEPS = {
@@ -17,10 +19,10 @@ STEPS = {
     "constant and mean": TensorStep(every=10, ranks=(4, 2, 3, 1), weights="constant", share="mean"),
     "consensus": TensorStep(every=10, ranks=(4, 2, 3, 1), weights="relative", share="consensus"),
 }
-Made = QLearning | DynaH
+LEARNERS = [QLearning, DynaH, Sarsa, SarsaLambda, TeamQ]
 
 
-def assert_same(one: Made, other: Made) -> None:
+def assert_same(one: Learner, other: Learner) -> None:
     for name in ("q", "steps", "returns", "action_weights"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
     for ours, theirs in zip(one.step_history, other.step_history, strict=True):
@@ -33,7 +35,7 @@ def assert_same(one: Made, other: Made) -> None:
     assert repr(one) == repr(other)
 
 
-def make(learner: type[Made], step: TensorStep | None, n_agents: int, problem: TabularMDP = PROBLEM) -> Made:
+def make(learner: type[Learner], step: TensorStep | None, n_agents: int, problem: TabularMDP = PROBLEM) -> Learner:
     settings: dict[str, Any] = {"alpha": 0.3, "epsilon": 0.4, "epsilon_decay": 0.97, "n_agents": n_agents, "seed": 6}
     return learner(problem, tensor_step=step, **settings)
 
@@ -41,9 +43,9 @@ def make(learner: type[Made], step: TensorStep | None, n_agents: int, problem: T
 @pytest.mark.parametrize("pieces", [(10, 10), (3, 4, 13), (19, 1)])
 @pytest.mark.parametrize("n_agents", [1, 3])
 @pytest.mark.parametrize("step", STEPS)
-@pytest.mark.parametrize("learner", [QLearning, DynaH])
+@pytest.mark.parametrize("learner", LEARNERS)
 def test_pieces_equal_the_whole(
-    learner: type[Made], step: str, n_agents: int, pieces: tuple[int, ...], tmp_path: Path
+    learner: type[Learner], step: str, n_agents: int, pieces: tuple[int, ...], tmp_path: Path
 ) -> None:
     whole = make(learner, STEPS[step], n_agents).learn(20)
     in_memory = make(learner, STEPS[step], n_agents)
@@ -56,13 +58,64 @@ def test_pieces_equal_the_whole(
     assert_same(through_files, whole)
 
 
-@pytest.mark.parametrize("learner", [QLearning, DynaH])
-def test_fifty_and_fifty_are_a_hundred(learner: type[Made]) -> None:
+@pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
+@pytest.mark.parametrize("learner", LEARNERS)
+def test_fifty_and_fifty_are_a_hundred(learner: type[Learner]) -> None:
     maze = random_maze(2, 6, 6).to_mdp(max_episode_steps=300)
     step = TensorStep(every=10, ranks=(15, 3, 9, 1))
     assert_same(make(learner, step, 3, maze).learn(50).learn(50), make(learner, step, 3, maze).learn(100))
     # Without a step, kernels are called for 100 episodes at a time.
     assert_same(make(learner, None, 1, maze).learn(70).learn(70), make(learner, None, 1, maze).learn(140))
+
+
+@pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
+@pytest.mark.parametrize("pieces", [(10, 10), (3, 4, 13)])
+@pytest.mark.parametrize("share", ["min", "mean", "none"])
+@pytest.mark.parametrize("simulated", [False, True])
+@pytest.mark.parametrize("learner", [SarsaLambda, TeamQ])
+def test_carried_traces_survive_a_file(
+    learner: Any, simulated: bool, share: str, pieces: tuple[int, ...], tmp_path: Path
+) -> None:
+    step = TensorStep(every=8, ranks=(4, 2, 3, 2), share=share, floor=0.1)
+    parameters = {"trace": "accumulating", "carry_trace": True, "gamma": 0.9, "lambda_": 0.8, "n_agents": 3}
+
+    def fresh() -> Any:
+        problem = drift(limit=15) if simulated else random_mdp(34, limit=12, action_sizes=(3, 1))
+        return learner(problem, tensor_step=step, alpha=0.1, epsilon=0.3, seed=2, **parameters)
+
+    env = drift(limit=15) if simulated else None
+    through_files = fresh()
+    for piece in pieces:
+        through_files.save(tmp_path / "learner")
+        through_files = learner.load(tmp_path / "learner", env=env).learn(piece)
+    assert_same(through_files, fresh().learn(20))
+
+
+def test_parameters_of_teams_survive_a_file(tmp_path: Path) -> None:
+    problem = random_mdp(35, n_actions=6, action_sizes=(3, 2))
+    team = TeamQ(problem, cut=False, exploration="team", lambda_=0.5, bootstrap_terminal=True, seed=1).learn(3)
+    team.save(tmp_path / "team")
+    again = TeamQ.load(tmp_path / "team")
+    assert (again.cut, again.exploration, again.lambda_, again.trace) == (False, "team", 0.5, "replacing")
+    assert again.bootstrap_terminal
+    assert_same(again.learn(4), team.learn(4))
+    by_member = TeamQ(problem, seed=1).learn(3)
+    by_member.save(tmp_path / "team")
+    assert_same(TeamQ.load(tmp_path / "team").learn(4), by_member.learn(4))
+
+
+def test_a_simulator_must_be_given_again(tmp_path: Path) -> None:
+    path = tmp_path / "learner"
+    Sarsa(drift(), seed=1).learn(3).save(path)
+    with pytest.raises(SavedFileError, match=r"learned on a simulator, whose functions no file holds: pass load\(\)"):
+        Sarsa.load(path)
+    for wrong in (drift(limit=81), random_mdp(1)):
+        with pytest.raises(ParameterError, match=r"\(states, actions, time limit\) \[12, 3, 80\]; got "):
+            Sarsa.load(path, env=wrong)
+    assert_same(Sarsa.load(path, env=drift()).learn(3), Sarsa(drift(), seed=1).learn(6))
+    Sarsa(random_mdp(1), seed=1).learn(3).save(path)
+    with pytest.raises(ParameterError, match="holds all of its problem: load it without env"):
+        Sarsa.load(path, env=random_mdp(1))
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")

@@ -4,19 +4,18 @@ import numpy as np
 import pytest
 
 from tests.learners.worlds import random_mdp
-from tuckerl import DynaH, QLearning, TensorStep
+from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TeamQ, TensorStep
+from tuckerl.learners.learner import Learner
 from tuckerl.rng import child
 
 PROBLEM = random_mdp(21, n_outcomes=2)
 STEP = TensorStep(every=5, ranks=(2, 2, 1, 1), weights="permuted", share="random", floor=0.1)
-LEARNERS = [QLearning, DynaH]
+LEARNERS = [QLearning, DynaH, Sarsa, SarsaLambda, TeamQ]
 
 
 @pytest.mark.parametrize("learner", LEARNERS)
 @pytest.mark.parametrize("step", [None, STEP])
-def test_same_seed_same_bits_and_other_seed_other_bits(
-    learner: type[QLearning | DynaH], step: TensorStep | None
-) -> None:
+def test_same_seed_same_bits_and_other_seed_other_bits(learner: type[Learner], step: TensorStep | None) -> None:
     first, again, other = (learner(PROBLEM, seed=seed, n_agents=2, tensor_step=step).learn(20) for seed in (4, 4, 5))
     np.testing.assert_array_equal(first.q, again.q)
     np.testing.assert_array_equal(first.steps, again.steps)
@@ -26,7 +25,7 @@ def test_same_seed_same_bits_and_other_seed_other_bits(
 
 
 @pytest.mark.parametrize("learner", LEARNERS)
-def test_agents_differ_and_do_not_depend_on_how_many_there_are(learner: type[QLearning | DynaH]) -> None:
+def test_agents_differ_and_do_not_depend_on_how_many_there_are(learner: type[Learner]) -> None:
     three = learner(PROBLEM, seed=4, n_agents=3).learn(20)
     one = learner(PROBLEM, seed=4).learn(20)
     np.testing.assert_array_equal(three.q[0], one.q[0])
@@ -36,7 +35,7 @@ def test_agents_differ_and_do_not_depend_on_how_many_there_are(learner: type[QLe
 
 
 @pytest.mark.parametrize("learner", LEARNERS)
-def test_a_seed_may_be_a_sequence(learner: type[QLearning | DynaH]) -> None:
+def test_a_seed_may_be_a_sequence(learner: type[Learner]) -> None:
     whole = learner(PROBLEM, seed=4).learn(5)
     sequence = np.random.SeedSequence(4)
     sequence.spawn(2)  # what was spawned before does not count

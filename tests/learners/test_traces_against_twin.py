@@ -26,7 +26,6 @@ from tests.reference.team_q import TeamQLearner
 from tuckerl import Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ, TensorStep, cart_pole
 from tuckerl.generalization.change_log import EPISODES as N_EPISODES
 from tuckerl.generalization.change_log import ChangeLog
-from tuckerl.learners.learner import Learner
 
 PROBLEMS: dict[str, TabularMDP | Simulator] = {
     "one outcome": random_mdp(1),
@@ -40,8 +39,8 @@ PROBLEMS: dict[str, TabularMDP | Simulator] = {
 }
 NUMBERS = [(0.1, 0.95, 0.95), (1.0, 0.9, 0.5), (0.3, 1.0, 1.0), (0.5, 0.0, 0.9), (0.5, 0.9, 0.0), (0.2, 1e-100, 1e-200)]
 EPISODES = 9
-TWINS: dict[type[Learner], Any] = {Sarsa: sarsa_twin, SarsaLambda: sarsa_lambda_twin, TeamQ: team_twin}
-MADE = {"Sarsa": Sarsa, "SarsaLambda": SarsaLambda, "TeamQ": TeamQ}
+TWINS: dict[Any, Any] = {Sarsa: sarsa_twin, SarsaLambda: sarsa_lambda_twin, TeamQ: team_twin}
+MADE: dict[str, Any] = {"Sarsa": Sarsa, "SarsaLambda": SarsaLambda, "TeamQ": TeamQ}
 
 
 def assert_close(ours: Table, theirs: Table) -> None:

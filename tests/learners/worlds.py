@@ -1,5 +1,6 @@
 """Small worlds for the tests of learners, each as a compiled problem and as the twins read it."""
 
+from functools import cache
 from typing import Any, cast
 
 import numpy as np
@@ -105,6 +106,7 @@ def _drift_index(parameters: FloatArray, state: FloatArray) -> int:
     return min(int(abs(state[0]) * 4.0), 5) + (6 if state[1] > 0.0 else 0)
 
 
+@cache  # its functions are compiled once for each
 def drift(noise: float = 0.5, limit: int = 80) -> Simulator:
     """A place that drifts on a line; pushed left, not at all or right; leaving the middle part ends."""
     return Simulator(
@@ -251,13 +253,15 @@ def team_twin(
     **settings: Any,
 ) -> TeamQLearner:
     """The twin of ``TeamQ(problem, ...)``'s team."""
-    by_member = isinstance(problem, TabularMDP) and exploration == "members"
+    sizes: tuple[int, ...] = (problem.n_actions,)
+    if isinstance(problem, TabularMDP) and exploration == "members":
+        sizes = problem.action_sizes
     return TeamQLearner(
         *_common(problem, **settings),
         lambda_=lambda_,
         trace=trace,
         carry_trace=carry_trace,
         bootstrap_terminal=bootstrap_terminal,
-        sizes=problem.action_sizes if by_member else (problem.n_actions,),
+        sizes=sizes,
         cut=cut,
     )
