@@ -11,7 +11,7 @@ postponed until a row is looked at: see `traces`. (Rummery and Niranjan 1994; Si
 from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import ChangeLog, close_episode
 from tuckerl.learners.episodes import Record, Settings, epsilon_greedy, note_episode, note_state
-from tuckerl.learners.traces import Traces, bring_up_to_date, learn, settle
+from tuckerl.learners.traces import Traces, bring_up_to_date, learn, settle, value_of
 from tuckerl.learners.tracing import TracingLearner
 from tuckerl.problems.dynamics import World, reset, step
 from tuckerl.types import FloatArray, Stream
@@ -40,8 +40,8 @@ def play(
             discount = settings.terminal_discount if terminated else settings.gamma
             bring_up_to_date(traces, q, rates, log, next_state)
             next_action = epsilon_greedy(q, next_state, epsilon, settings.random_ties, rng)
-            bring_up_to_date(traces, q, rates, log, state)
-            delta = reward + discount * q[next_state, next_action] - q[state, action]
+            value = value_of(traces, q, rates, log, state, action)
+            delta = reward + discount * q[next_state, next_action] - value
             if not learn(traces, q, rates, log, state, action, delta):
                 return episode
             state, action, steps, total = next_state, next_action, steps + 1, total + reward

@@ -96,10 +96,27 @@ def bring_up_to_date(traces: Traces, q: FloatArray, rates: FloatArray, log: Chan
 
 
 @kernel
+def value_of(traces: Traces, q: FloatArray, rates: FloatArray, log: ChangeLog, state: int, action: int) -> float:
+    """Return Q(s, a) as it is up to date, without the work for its row."""
+    slot = traces.slot[state]
+    if slot != 0 and traces.era[slot] != traces.cursor[ERA]:
+        bring_up_to_date(traces, q, rates, log, state)
+    return q[state, action] + rates[action] * (traces.constant[slot, action] * _missed(traces, slot))
+
+
+@kernel
+def _missed(traces: Traces, slot: int) -> float:
+    """Return what a row of this era has missed."""
+    if slot == 0:
+        return 0.0
+    return (traces.clock[DELTA] - traces.seen[slot, 0]) + (traces.clock[REST] - traces.seen[slot, 1])
+
+
+@kernel
 def learn(
     traces: Traces, q: FloatArray, rates: FloatArray, log: ChangeLog, state: int, action: int, delta: float
 ) -> bool:
-    """Visit a pair whose row is up to date, let a step's error reach all pairs by their traces, and let these decay.
+    """Visit a pair whose value was looked up, let a step's error reach all pairs by their traces, and let these decay.
 
     Return whether everything is finite, as far as it was looked at.
     """
@@ -110,7 +127,7 @@ def learn(
         mark(log, state)
         q[state, action] += rates[action] * delta
         return np.isfinite(q[state, action])
-    _visit(traces, state, action)
+    _visit(traces, q, rates, state, action)
     clock = traces.clock
     change = delta * clock[PHI]
     total = clock[DELTA] + change
@@ -126,15 +143,18 @@ def learn(
 
 
 @kernel
-def _visit(traces: Traces, state: int, action: int) -> None:
+def _visit(traces: Traces, q: FloatArray, rates: FloatArray, state: int, action: int) -> None:
+    """Give a pair its trace, and its entry such a value that catching up with its row stays right for it."""
     slot = traces.slot[state]
     if slot == 0:
         traces.cursor[ROWS] += 1
         slot = np.uint32(traces.cursor[ROWS])
         traces.slot[state], traces.state[slot], traces.era[slot] = slot, state, traces.cursor[ERA]
         traces.seen[slot, 0], traces.seen[slot, 1] = traces.clock[DELTA], traces.clock[REST]
-    one = 1.0 / traces.clock[PHI]
-    traces.constant[slot, action] = one if traces.decay.replacing else traces.constant[slot, action] + one
+    one, before = 1.0 / traces.clock[PHI], traces.constant[slot, action]
+    after = one if traces.decay.replacing else before + one
+    traces.constant[slot, action] = after
+    q[state, action] += rates[action] * ((before - after) * _missed(traces, slot))
 
 
 @kernel
