@@ -47,13 +47,15 @@ void postponed(const uint32_t *next_state, const double *reward, int64_t S, int6
             int64_t next = next_state[s * A + a];
             bring_up_to_date(&e, q, A, alpha, next);
             int64_t next_a = epsilon_greedy(q + next * A, A, epsilon, rng);
-            bring_up_to_date(&e, q, A, alpha, s);
-            double delta = reward[s * A + a] + gamma * q[next * A + next_a] - q[s * A + a];
             if (!e.active[s]) {
                 e.active[s] = 1;
+                e.seen[s] = e.sum;
                 e.rows[e.n_rows++] = (uint32_t)s;
             }
-            e.constant[s * A + a] = 1.0 / e.product;
+            double missed = e.sum - e.seen[s], before = e.constant[s * A + a], after = 1.0 / e.product;
+            double delta = reward[s * A + a] + gamma * q[next * A + next_a] - (q[s * A + a] + alpha * before * missed);
+            e.constant[s * A + a] = after;
+            q[s * A + a] += alpha * (before - after) * missed;
             e.sum += delta * e.product;
             e.product *= gamma * lambda;
             if (e.product < 1e-4) settle(&e, q, A, alpha, 1);

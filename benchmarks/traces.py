@@ -8,32 +8,43 @@ import numpy as np
 from benchmarks import c_peer
 from benchmarks.timing import Row, compare, seconds
 from tuckerl import SarsaLambda, TabularMDP
-from tuckerl.types import FloatArray
+from tuckerl.types import FloatArray, IntArray
 
 SIZES = ((110, 21), (1404, 4), (36864, 25))
-HORIZON, ALPHA, GAMMA, LAMBDA, EPSILON = 500, 0.1, 0.95, 0.95, 0.1
+EPISODES, HORIZON = 200, 500
+ALPHA, GAMMA, LAMBDA, EPSILON = 0.1, 0.95, 0.95, 0.1
 
 
 def rows() -> list[Row]:
     """Time a step at the sizes of the paper's three tables, and from 110 to a million states."""
     found = [row for size in SIZES for row in _rows(*size)]
-    small, large = (_step_seconds(world(n, 4), 400) for n in (110, 1_000_000))
-    return [
-        *found,
-        Row("a step, 1,000,000 states against 110, 4 actions", "step", large, "110 states", small, small / large),
-    ]
+    for name, make in (("a grid", grid), ("anywhere", world)):
+        small, large = _step_seconds(make(110, 4), 400), _step_seconds(make(1_000_000, 4), 400)
+        what = f"a step {name}: 1,000,000 states, 4 actions"
+        found.append(Row(what, "step", large, "110 states", small, small / large))
+    return found
 
 
 def world(n_states: int, n_actions: int) -> TabularMDP:
-    """Return a random table without ends: each pair leads somewhere and pays something."""
+    """Return a random table without ends: each pair leads anywhere, so that every step misses the caches."""
     rng = np.random.default_rng(0)
-    shape = (n_states, n_actions)
-    next_state, reward = rng.integers(n_states, size=shape), rng.normal(size=shape)
-    return TabularMDP(next_state, reward, np.zeros(shape, dtype=bool), max_episode_steps=HORIZON)
+    return _table(rng.integers(n_states, size=(n_states, n_actions)), rng)
 
 
-def _learner(problem: TabularMDP) -> SarsaLambda:
-    return SarsaLambda(problem, alpha=ALPHA, gamma=GAMMA, lambda_=LAMBDA, epsilon=EPSILON, seed=0)
+def grid(n_states: int, n_actions: int) -> TabularMDP:
+    """Return a torus of cells without ends: each pair leads to a neighbour, as in most worlds."""
+    columns = max(d for d in range(1, int(n_states**0.5) + 1) if n_states % d == 0)
+    moves = np.array([-columns, columns, -1, 1])[:n_actions]
+    return _table((np.arange(n_states)[:, None] + moves) % n_states, np.random.default_rng(0))
+
+
+def _table(next_state: IntArray, rng: np.random.Generator) -> TabularMDP:
+    endless = np.zeros(next_state.shape, dtype=bool)
+    return TabularMDP(next_state, rng.normal(size=next_state.shape), endless, max_episode_steps=HORIZON)
+
+
+def _learner(problem: TabularMDP, epsilon: float = EPSILON) -> SarsaLambda:
+    return SarsaLambda(problem, alpha=ALPHA, gamma=GAMMA, lambda_=LAMBDA, epsilon=epsilon, seed=0)
 
 
 def _step_seconds(problem: TabularMDP, episodes: int) -> float:
@@ -42,38 +53,36 @@ def _step_seconds(problem: TabularMDP, episodes: int) -> float:
 
 
 def _rows(n_states: int, n_actions: int) -> list[Row]:
-    problem, episodes = world(n_states, n_actions), 200
-    steps = episodes * HORIZON
+    problem = world(n_states, n_actions)
+    steps = EPISODES * HORIZON
     what = f"SARSA(lambda), {n_states} x {n_actions}"
 
-    def ours() -> FloatArray:
-        table: FloatArray = _learner(problem).learn(episodes).q[0]
+    def ours(epsilon: float = EPSILON) -> FloatArray:
+        table: FloatArray = _learner(problem, epsilon).learn(EPISODES).q[0]
         return table
 
-    found = []
-    for name, peer in (("postponed", "the same in C"), ("active_list", "C, active list, cut 1e-6")):
-        in_c = _in_c(problem, name, episodes)
-        if in_c is None:
-            found.append(Row(what, "step", seconds(ours) / steps, c_peer.NO_COMPILER, None, None))
-            continue
-        if name == "postponed" and not np.allclose(in_c(), ours(), rtol=1e-9, atol=1e-9):
+    same, lists = _in_c(problem, "postponed", EPSILON), _in_c(problem, "active_list", EPSILON)
+    wide = _in_c(problem, "active_list", 1.0)  # random actions visit the most pairs: long lists
+    if same is None or lists is None or wide is None:
+        found = [Row(what, "step", seconds(ours) / steps, c_peer.NO_COMPILER, None, None)]
+    else:
+        if not np.allclose(same(), ours(), rtol=1e-9, atol=1e-9):
             raise RuntimeError("the loop in C does something else than the kernel: its time says nothing")
-        found.append(compare(what, "step", ours, peer, in_c, units=steps))
+        found = [
+            compare(what, "step", ours, "the same in C", same, units=steps),
+            compare(what, "step", ours, "C, active list, cut 1e-6", lists, units=steps),
+            compare(f"{what}, epsilon 1", "step", lambda: ours(1.0), "C, active list, cut 1e-6", wide, units=steps),
+        ]
     few = 200 if n_states < 10_000 else 20
-    literal = compare(
-        what,
-        "step",
-        ours,
-        "the literal sweep in NumPy",
-        lambda: _literal(problem, few),
-        units=steps,
-        peer_units=few,
-        repeats=3,
-    )
-    return [*found, literal]
+
+    def literal() -> None:
+        _literal(problem, few)
+
+    name = "the literal sweep in NumPy"
+    return [*found, compare(what, "step", ours, name, literal, units=steps, peer_units=few, repeats=3)]
 
 
-def _in_c(problem: TabularMDP, name: str, episodes: int) -> Callable[[], FloatArray] | None:
+def _in_c(problem: TabularMDP, name: str, epsilon: float) -> Callable[[], FloatArray] | None:
     library = c_peer.compiled("sarsa_lambda")
     if library is None:
         return None
@@ -82,8 +91,8 @@ def _in_c(problem: TabularMDP, name: str, episodes: int) -> Callable[[], FloatAr
         q = np.zeros((problem.n_states, problem.n_actions))
         getattr(library, name)(
             *map(c_peer.pointer, (problem.arrays.next_state, problem.arrays.reward)),
-            *map(ctypes.c_int64, (problem.n_states, problem.n_actions, HORIZON, episodes)),
-            *map(ctypes.c_double, (ALPHA, GAMMA, LAMBDA, EPSILON)),
+            *map(ctypes.c_int64, (problem.n_states, problem.n_actions, HORIZON, EPISODES)),
+            *map(ctypes.c_double, (ALPHA, GAMMA, LAMBDA, epsilon)),
             *map(c_peer.pointer, (c_peer.agents_stream(0), q)),
         )
         return q
