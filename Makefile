@@ -35,10 +35,18 @@ format: setup ## format the code and mend what the linter can
 bench: setup ## run the benchmarks beside their peers
 	$(BIN)/python -m benchmarks
 
-lock: setup ## resolve the dependencies anew into requirements.lock
+docs: setup ## build the documentation site into docs/_build
+	@test -x $(BIN)/sphinx-build || $(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes \
+		--requirement requirements-docs.lock
+	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet docs docs/_build
+	@echo "Open docs/_build/index.html"
+
+LOCK = $(BIN)/uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+	--no-emit-find-links --upgrade --quiet --custom-compile-command "make lock"
+lock: setup ## resolve the dependencies anew into the two lock files
 	$(BIN)/python -m pip install --quiet uv
-	$(BIN)/uv pip compile pyproject.toml --group dev --universal --python-version 3.11 --generate-hashes \
-		--no-emit-index-url --no-emit-find-links --upgrade --quiet --custom-compile-command "make lock" --output-file requirements.lock
+	$(LOCK) --group dev --output-file requirements.lock
+	$(LOCK) --group dev --group docs --output-file requirements-docs.lock
 
 clean: ## remove everything that was made here
-	rm -rf .venv results .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv results docs/_build .mypy_cache .pytest_cache .ruff_cache .hypothesis
