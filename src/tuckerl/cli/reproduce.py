@@ -8,7 +8,7 @@ import typer
 
 
 def reproduce(
-    scenario: Annotated[str, typer.Argument(help="dyna-maze, or all.")] = "all",
+    scenario: Annotated[str, typer.Argument(help="cart-pole, dyna-maze, robot-rescue or all.")] = "all",
     runs: Annotated[int | None, typer.Option(help="Runs of each instance. Default: the paper's.")] = None,
     episodes: Annotated[int | None, typer.Option(help="Episodes of each run. Default: the paper's.")] = None,
     workers: Annotated[int | None, typer.Option(help="Processes. Default: one for each core.")] = None,
@@ -17,6 +17,9 @@ def reproduce(
         Path | None, typer.Option(help="Folder for the results. Default: results/paper, or results/quick with --quick.")
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A small version of everything.")] = False,
+    sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="Test the claims under other readings of the paper, too.")
+    ] = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace another study's results in the folder.")
     ] = False,
@@ -28,18 +31,33 @@ def reproduce(
     # Imported here, so that --help is quick.
     from tuckerl.cli.progress import progress_bar
     from tuckerl.reports import write_report
-    from tuckerl.studies.paper import paper_study
+    from tuckerl.studies import gain, paper
+    from tuckerl.studies import sensitivity as readings
     from tuckerl.studies.reproduce import run_study
+    from tuckerl.studies.runner import Tables
+    from tuckerl.studies.study import Study
     from tuckerl.studies.summary import summarise
 
-    study = paper_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)
     folder = out or Path("results") / ("quick" if quick else "paper")
     if workers is None:
         workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    with progress_bar("runs") as progress:
-        tables = run_study(study, folder, workers=workers, overwrite=overwrite, progress=progress)
+
+    def played(part: Study, where: Path, what: str) -> Tables:
+        with progress_bar(what) as progress:
+            return run_study(part, where, workers=workers, overwrite=overwrite, progress=progress)
+
+    study = paper.paper_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)
+    tables = played(study, folder, "runs")
+    apart = gain.gain_study(study)
+    found = gain.gains(apart, played(apart, folder / "gain", "what does the work").runs)
+    cells = []
+    if sensitivity:
+        others = readings.sensitivity_study(study, paper.QUICK_RUNS if quick and runs is None else runs)
+        minutes = readings.estimated_seconds(others, tables.times, workers) / 60
+        typer.echo(f"Other readings of the paper: about {minutes:.0f} minutes with {workers} workers.", err=True)
+        cells = readings.sensitivity(others, played(others, folder / "sensitivity", "other readings").runs)
     claims, summaries = summarise(study, tables)
-    report = write_report(study, claims, summaries, folder)
+    report = write_report(study, claims, summaries, folder, gains=found, sensitivity=cells)
     for claim in claims:
         typer.echo(f"{claim.id:>3}  {claim.verdict:<14} {claim.claim}")
     typer.echo(f"Report: {report}")
