@@ -11,8 +11,10 @@ from tuckerl.reports.picture import Picture
 from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.claims import Claim
 from tuckerl.studies.dyna_maze import DYNA_MAZE
+from tuckerl.studies.gain import Gain, Ingredient, gain_study
 from tuckerl.studies.robot_rescue import ROBOT_RESCUE
 from tuckerl.studies.runner import SCHEMAS, Tables
+from tuckerl.studies.sensitivity import DEFAULT, Cell
 from tuckerl.studies.statistics import Band, Difference
 from tuckerl.studies.study import Scenario, Study
 from tuckerl.studies.summary import Curve, Path, Summary, WeightCourse
@@ -117,3 +119,41 @@ def tables_of(scenario: Scenario = SCENARIO) -> Tables:
                     runs.append(key | row)
     rows = {"runs": runs, "weights": [], "paths": [], "times": times}
     return Tables(**{name: pl.DataFrame(rows[name], schema=schema) for name, schema in SCHEMAS.items()})
+
+
+def difference(mean: float, half: float = 0.05, n_diverged: int = 0) -> Difference:
+    return Difference(mean, mean - half, mean + half, 3, n_diverged)
+
+
+def gain_of(scenario: Scenario = SCENARIO) -> Gain:
+    """The constant rate gains, random actions lose, the rest decides nothing; of two no pair is left."""
+    (small,) = gain_study(study_of(scenario), n_runs=3).scenarios
+    base, *names = (variant.name for variant in small.variants)
+    effects = {
+        names[0]: (base, difference(0.3), difference(0.3)),
+        names[1]: (names[0], difference(-0.2), difference(-0.4)),
+        names[2]: (names[1], difference(-0.01), difference(0.2)),
+        names[3]: (names[2], Difference(math.nan, math.nan, math.nan, 0, 3), NO_DIFFERENCE),
+        names[4]: (names[2], NO_DIFFERENCE, NO_DIFFERENCE),
+    }
+    rest = {name: (base if name.endswith("-slow") else names[2], difference(0.02), difference(0.02)) for name in names}
+    ingredients = (
+        Ingredient(f"+ ingredient {name}", name, own, before, added)
+        for name, (before, own, added) in (rest | effects).items()
+    )
+    return Gain(small, tuple(ingredients))
+
+
+def cells_of() -> list[Cell]:
+    """Two scenarios; C5 holds as read, fails under one reading, and has no pair left under another."""
+    lost = claim("not decided", (math.nan,) * 3, (math.nan,) * 3, n_diverged=3)
+    return [
+        Cell("dyna-maze", DEFAULT, claim("holds")),
+        Cell("dyna-maze", DEFAULT, claim("not decided", (0.01, -0.02, 0.03), claim_id="C6")),
+        Cell("dyna-maze", "other reading", claim("does not hold", (-0.4, -0.5, -0.3))),
+        Cell("dyna-maze", "other reading", claim("not decided", (-0.01, -0.02, 0.03), claim_id="C6")),
+        Cell("dyna-maze", "wild reading", lost),
+        Cell("dyna-maze", "wild reading", claim("not decided", (math.nan,) * 3)._replace(difference=NO_DIFFERENCE)),
+        Cell("cart-pole", DEFAULT, claim("holds", (2.0, 1.0, 3.0), claim_id="C1")),
+        Cell("cart-pole", "random ties", claim("holds", (0.004, 0.001, 0.008), claim_id="C1")),
+    ]

@@ -138,7 +138,7 @@ def test_little_or_nothing_can_be_drawn(picture: Picture, n_episodes: int | None
 
 
 def test_weights_of_runs_that_all_diverged_later_can_be_drawn() -> None:
-    for picture in PICTURES:
+    for picture in [picture for picture in PICTURES if picture.name.startswith("omega")]:
         summary = summary_of(scenario_of(picture))
         lost = tuple(
             course._replace(bands=tuple(Band(*(np.full(2, np.nan),) * 3) for _ in course.bands))

@@ -10,13 +10,26 @@ import plotly.graph_objects as go
 import polars as pl
 import pytest
 
-from tests.reports.examples import SCENARIO, claim, nothing_of, study_of, summary_of, tables_of, weights_claim
+from tests.reports.examples import (
+    SCENARIO,
+    SCENARIOS,
+    cells_of,
+    claim,
+    gain_of,
+    nothing_of,
+    study_of,
+    summary_of,
+    tables_of,
+    weights_claim,
+)
 from tuckerl.errors import OutputError
 from tuckerl.reports import write_report
 from tuckerl.reports.fig11 import FIG11
 from tuckerl.reports.figures import PICTURES
+from tuckerl.reports.gain_words import what_works
 from tuckerl.reports.page import inlined, render_page
 from tuckerl.reports.picture import show
+from tuckerl.reports.tables import MARKS
 from tuckerl.studies.claims import Claim
 from tuckerl.studies.study import INVENTED, Assumption, Scenario
 from tuckerl.studies.summary import summarise
@@ -206,7 +219,7 @@ def test_a_run_that_diverged_is_counted(tmp_path: Path) -> None:
     claims, summaries = summarise(study, tables_of())
     source = write_report(study, claims, summaries, tmp_path).read_text(encoding="utf-8")
     assert re.findall(r'<th scope="row">(C\d+)</th>', source) == ["C3", "C4", "C5", "C6", "C9"]
-    row = source[source.index('<th scope="row"><code>dyna-ht-1</code></th>') :]
+    row = source[source.index('<th scope="row"><code>dyna-ht-1</code>') :]
     assert re.findall(r'data-label="(?:Runs|Diverged)">(\d+)<', row)[:2] == ["2", "1"]
     row = source[source.index('<th scope="row">C5</th>') :]
     assert re.findall(r'data-label="(?:Pairs used|Diverged)">(\d+)<', row)[:2] == ["2", "1"]
@@ -222,6 +235,85 @@ def test_a_curve_is_paired_with_the_base_over_the_runs_that_both_finished() -> N
     assert (curve.variant, curve.n_runs, curve.n_diverged) == ("dyna-ht-1", 2, 1)
     assert curve.against_base.mean[-1] == pytest.approx((steps["dyna-ht-1"] - steps["dyna-h"]).sum() / 2)
     assert curve.against_base.low[-1] < curve.against_base.mean[-1] < curve.against_base.high[-1]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """The report of three scenarios with all that can be on it."""
+    folder = tmp_path_factory.mktemp("whole")
+    summaries = [summary_of(scenario) for scenario in SCENARIOS]
+    gains = [gain_of(scenario) for scenario in SCENARIOS]
+    page = write_report(study_of(*SCENARIOS), CLAIMS, summaries, folder, gains=gains, sensitivity=cells_of())
+    return folder, page.read_text(encoding="utf-8")
+
+
+def test_three_scenarios_have_all_their_figures(whole: tuple[Path, str]) -> None:
+    folder, _ = whole
+    names = ["fig9", "fig10", "fig11", "fig13", "sensitivity"]
+    names += [f"{kind}-{scenario.name}" for kind in ("omega", "gain") for scenario in SCENARIOS]
+    files = sorted(f"{name}.{ending}" for name in names for ending in ("png", "svg"))
+    assert sorted(path.name for path in (folder / "figures").iterdir()) == files
+
+
+def test_every_figure_and_table_of_three_scenarios_is_on_the_page(whole: tuple[Path, str]) -> None:
+    page = Page(whole[1])
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    assert [figure["id"] for figure in page.all("figure")] == [
+        *("fig9", "omega-cart-pole", "gain-cart-pole"),
+        *("fig10", "fig11", "omega-dyna-maze", "gain-dyna-maze"),
+        *("fig13", "omega-robot-rescue", "gain-robot-rescue"),
+        "sensitivity",
+    ]
+    assert [name for name in ids if (name or "").startswith("plot-")] == ["plot-fig9", "plot-fig11", "plot-fig13"]
+    assert len(page.all("caption")) == len(page.all("table")) == 3 + 2 * len(SCENARIOS) + 1
+    assert all("scope" in attributes for attributes in page.all("th"))
+    assert "nan" not in " ".join(page.texts).lower().split()
+
+
+def test_assumptions_are_stated_once_with_their_marks(whole: tuple[Path, str]) -> None:
+    texts = [text.strip() for text in Page(whole[1]).texts]
+    every = {assumption for scenario in SCENARIOS for assumption in scenario.assumptions}
+    assert [texts.count(assumption.text) for assumption in every] == [1] * len(every)
+    for mark, meaning in MARKS.items():
+        assert f": {meaning}" in texts
+        assert texts.count(mark) == 1 + sum(assumption.mark == mark for assumption in every)
+    place = texts.index(SCENARIOS[2].assumptions[-1].text)
+    assert next(text for text in texts[place + 1 :] if text) == "Robot rescue"
+    shared = texts.index(SCENARIOS[2].assumptions[0].text)
+    assert next(text for text in texts[shared + 1 :] if text) == "all"
+
+
+def test_gains_and_cells_are_on_the_page(whole: tuple[Path, str]) -> None:
+    texts = " ".join(" ".join(text.split()) for text in Page(whole[1]).texts)
+    for gain in (gain_of(scenario) for scenario in SCENARIOS):
+        assert what_works(gain) in texts
+        for one in gain.ingredients:
+            assert one.label in texts
+    assert texts.count("(changed)") == 2
+    assert "--sensitivity" in texts
+
+
+def test_a_page_without_gains_and_cells_does_not_speak_of_them(source: str) -> None:
+    body = source.split("<script>")[0]
+    assert "Where the gain comes from" not in body
+    assert "--sensitivity" not in body
+    assert 'id="readings"' not in body
+    assert "#readings" not in body
+
+
+def test_a_scenario_is_told_by_its_longest_or_shortest_episode(whole: tuple[Path, str]) -> None:
+    heads = [text for text in Page(whole[1]).texts if text in ("Longest episode", "Shortest episode")]
+    assert heads == ["Longest episode", "Shortest episode", "Shortest episode"]
+
+
+def test_best_episodes_are_the_longest_where_longer_is_better() -> None:
+    tables = tables_of()
+    longest = summarise(study_of(replace(SCENARIO, measure="balance")), tables)[1][0].best_episodes
+    shortest = summarise(study_of(), tables)[1][0].best_episodes
+    by_agent = tables.runs.filter(pl.col("variant") == "dyna-h").group_by("run", "agent")
+    assert longest["dyna-h"] == pytest.approx(by_agent.agg(pl.col("steps").max())["steps"].mean())
+    assert shortest["dyna-h"] == pytest.approx(by_agent.agg(pl.col("steps").min())["steps"].mean())
 
 
 def test_importing_the_package_imports_no_drawing_library() -> None:

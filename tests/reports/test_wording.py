@@ -5,6 +5,7 @@ import pytest
 from tests.reports.examples import NO_DIFFERENCE, SCENARIO, claim, weights_claim
 from tuckerl.reports import wording
 from tuckerl.reports.page import commands, outcome
+from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.dyna_maze import FAMILY
 from tuckerl.studies.paper import paper_study
 from tuckerl.studies.statistics import Difference
@@ -47,6 +48,26 @@ def test_a_claim_that_fails_is_said_to_fail() -> None:
     assert read("not decided", -0.2, 0.1).startswith("The interval covers 0: these runs decide nothing.")
 
 
+def test_rules_of_sharing_differ_in_neither_rate_nor_number_of_agents() -> None:
+    comparison = CART_POLE.comparisons[2]
+    assert comparison.id == "C10"
+    gain = claim("holds", control=(0.0, -0.1, 0.1), claim_id="C10")
+    assert wording.reading(gain, comparison, CART_POLE) == (
+        "No better than the control: constant weights and the same sharing explain the gain, as far as these runs can "
+        "tell."
+    )
+
+
+def test_pairs_that_all_diverged_and_a_control_that_was_not_run_are_said() -> None:
+    comparison = COMPARISONS["C5"]
+    lost = claim("not decided", (math.nan,) * 3, n_diverged=3)
+    assert wording.reading(lost, comparison, SCENARIO) == ("Nothing is left to compare: in all 3 pairs a run diverged.")
+    unplayed = lost._replace(difference=NO_DIFFERENCE)
+    assert wording.reading(unplayed, comparison, SCENARIO) == "No pair was run."
+    alone = claim("holds")._replace(control=NO_DIFFERENCE)
+    assert wording.reading(alone, comparison, SCENARIO) == "There is no run of the control to compare it with."
+
+
 def test_one_pair_has_no_interval() -> None:
     one = claim("not decided", (0.1, math.nan, math.nan), (0.1, math.nan, math.nan))
     assert wording.reading(one, COMPARISONS["C5"], SCENARIO) == (
@@ -63,6 +84,12 @@ def test_a_claim_that_compares_nothing_has_no_reading() -> None:
     ("text", "expected"),
     [
         (wording.percent(Difference(-0.0516, -0.1, 0.0, 3, 0)), "\N{MINUS SIGN}5.2 %"),
+        (wording.percent(Difference(-0.0004, -0.1, 0.0, 3, 0)), "+0.0 %"),
+        (wording.signed(-9.96), "\N{MINUS SIGN}10"),
+        (wording.signed(9.94), "+9.9"),
+        (wording.signed(-0.01), "0"),
+        (wording.tick(-2.5), "\N{MINUS SIGN}2.5"),
+        (wording.tick(0.0), "0"),
         (wording.percent(Difference(0.1, -0.1, 0.0, 3, 0)), "+10.0 %"),
         (wording.percent_interval(Difference(0.1, -0.1, 0.2, 3, 0)), "[\N{MINUS SIGN}10.0, 20.0]"),
         (wording.percent(NO_DIFFERENCE), wording.NOTHING),

@@ -54,7 +54,7 @@ def draw_gain(gain: Gain) -> Figure:
     axes.set_yticks(range(n), [one.label for one in gain.ingredients], parse_math=False)
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.signed(value)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.tick(value)))
     axes.set_xlabel(f"better than {gain.scenario.family.base} by (% of its mean)", parse_math=False)
     axes.margins(x=0.06)
     axes.text(1.04, 1.02, "pairs", fontsize=8, transform=axes.transAxes, verticalalignment="bottom")

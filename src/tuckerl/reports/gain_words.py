@@ -9,23 +9,22 @@ from tuckerl.studies.gain import Gain, Ingredient
 
 def what_works(gain: Gain) -> str:
     """Say which ingredients add a gain, by the intervals of what each adds to the variant that it is added to."""
-    steps = sorted((one for one in _steps(gain)), key=lambda one: -one.added.mean)
+    steps = sorted(_steps(gain), key=lambda one: -one.added.mean)
     told = [one for one in steps if not math.isnan(one.added.low)]
-    helping = [_with_number(one) for one in told if one.added.low > 0]
+    helping = [_with_number(one) + _beside_the_base(gain, one) for one in told if one.added.low > 0]
     harming = [_with_number(one) for one in reversed(told) if one.added.high < 0]
     if not told:
         return "Which ingredient does the work cannot be told: no step has enough pairs for an interval."
     text = "No ingredient adds a gain whose whole interval lies above 0"
     if helping:
-        text = f"By these intervals the work is done by {_listed(helping)}"
+        text = f"By the intervals of each step over the one before it, the work is done by: {_listed(helping)}"
     if harming:
-        text += f"; {_listed(harming)} take{'s' if len(harming) == 1 else ''} from it"
-    open_ones = len(told) - len(helping) - len(harming)
+        text += f". Worse than the step before: {_listed(harming)}"
+    open_ones, untold = len(told) - len(helping) - len(harming), len(steps) - len(told)
     if open_ones:
-        text += f"; of {wording.counted(open_ones, 'other step')} the interval covers 0"
-    untold = len(steps) - len(told)
+        text += f". The interval covers 0 for {wording.counted(open_ones, 'other step')}"
     if untold:
-        text += f"; for {wording.counted(untold, 'step')} too few pairs are left"
+        text += f". Too few pairs are left for {wording.counted(untold, 'step')}"
     return text + "."
 
 
@@ -68,5 +67,13 @@ def _with_number(one: Ingredient) -> str:
     return f"{label} ({wording.percent(one.added)} {wording.percent_interval(one.added)} over {one.before})"
 
 
+def _beside_the_base(gain: Gain, one: Ingredient) -> str:
+    """Say so where a gain over the step before only makes good what that step has spoilt."""
+    base = gain.scenario.family.base
+    if one.difference.high < 0:
+        return f", though still worse than {base}"
+    return "" if one.difference.low > 0 else f", though not better than {base} as far as these runs can tell"
+
+
 def _listed(parts: list[str]) -> str:
-    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"
+    return parts[0] if len(parts) == 1 else f"{'; '.join(parts[:-1])}; and {parts[-1]}"

@@ -54,7 +54,7 @@ def _traces(line: Line, look: Look, axis: str) -> Iterator[dict[str, Any]]:
         "x": episodes + episodes[::-1],
         "y": _numbers(line.band.high) + _numbers(line.band.low)[::-1],
         "fill": "toself",
-        "fillcolor": _transparent(look.colour),
+        "fillcolor": _transparent(look.colour, 0.16 if look.marker else 0.07),
         "line": {"width": 0},
         "hoverinfo": "skip",
         "showlegend": False,
@@ -73,9 +73,9 @@ def _numbers(values: FloatArray) -> list[float | None]:
     return [round(float(value), 3) if np.isfinite(value) else None for value in values]
 
 
-def _transparent(colour: str) -> str:
+def _transparent(colour: str, share: float) -> str:
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return f"rgba({red}, {green}, {blue}, 0.18)"
+    return f"rgba({red}, {green}, {blue}, {share})"
 
 
 def _axis_title(text: str) -> dict[str, Any]:

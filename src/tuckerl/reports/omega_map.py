@@ -62,7 +62,7 @@ def _draw_map(axes: Axes, course: WeightCourse) -> None:
     means = np.array([band.mean for band in course.bands])
     edges = np.append(0, course.episode)  # a column spans the window that its weights were worked out from
     mesh = axes.pcolormesh(
-        edges, np.arange(means.shape[0] + 1) - 0.5, means, cmap=COLOURS, edgecolors="face", linewidth=0.2
+        edges, np.arange(means.shape[0] + 1) - 0.5, means, cmap=COLOURS, edgecolors="face", linewidth=0.4
     )
     axes.set_facecolor("0.85")  # where no run is left
     axes.set_ylim(means.shape[0] - 0.5, -0.5)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
+from matplotlib.colors import FuncNorm, LinearSegmentedColormap, Normalize, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
@@ -17,11 +17,12 @@ from tuckerl.reports.looks import BLACK
 from tuckerl.reports.picture import Shown, render
 from tuckerl.studies.paper import SCENARIOS
 from tuckerl.studies.sensitivity import DEFAULT, Cell
+from tuckerl.types import FloatArray
 
 # Orange against blue keeps apart for every colour-blindness; in grey, where both ends darken, the printed sign and
 # the verdict's triangle tell them apart. The ends are pale enough for black letters.
 COLOURS = LinearSegmentedColormap.from_list("orange-blue", ["#d97f2e", "#f2c394", "#fafafa", "#a5c9e4", "#4f95c9"])
-LIMITS = (0.05, 0.1, 0.2, 0.5, 1.0)  # of the colour scale: the first that nine tenths of the cells keep to
+LIMITS = (0.04, 0.16, 0.36, 1.0)  # of the colour scale: the first that nine tenths of the cells keep to
 
 VERDICT_MARKERS = {"holds": "^", "does not hold": "v", "not decided": "o"}
 _ROW, _HEADER = 0.4, 1.12  # inches
@@ -64,7 +65,8 @@ def draw_sensitivity(cells: Sequence[Cell]) -> Figure:
     rows = [len({cell.claim.id for cell in group}) for group in groups.values()]
     height = sum(rows) * _ROW + len(groups) * _HEADER + 0.9
     figure = Figure(figsize=(7.4, height))
-    norm = Normalize(-_limit(cells), _limit(cells))
+    limit = _limit(cells)
+    norm = FuncNorm((_root, _square), -limit, limit)  # effects of a percent and of a hundred are both to be seen
     columns = max(len({cell.alternative for cell in group}) for group in groups.values())
     top = height
     for group, n_rows in zip(groups.values(), rows, strict=True):
@@ -73,7 +75,7 @@ def draw_sensitivity(cells: Sequence[Cell]) -> Figure:
         width = 0.82 * n_columns / columns
         axes = figure.add_axes((0.06, top / height, width, n_rows * _ROW / height))
         _draw_panel(axes, group, norm)
-    _draw_keys(figure, norm)
+    _draw_keys(figure, norm, with_empty=any(math.isnan(cell.claim.difference.mean) for cell in cells))
     return figure
 
 
@@ -81,6 +83,14 @@ def _limit(cells: Sequence[Cell]) -> float:
     sizes = [abs(cell.claim.difference.mean) for cell in cells if not math.isnan(cell.claim.difference.mean)]
     reached = float(np.quantile(sizes, 0.9)) if sizes else 0.0
     return next((limit for limit in LIMITS if limit >= reached), LIMITS[-1])
+
+
+def _root(values: FloatArray) -> FloatArray:
+    return np.sign(values) * np.sqrt(np.abs(values))
+
+
+def _square(values: FloatArray) -> FloatArray:
+    return np.sign(values) * np.asarray(values) ** 2
 
 
 def _draw_panel(axes: Axes, cells: Sequence[Cell], norm: Normalize) -> None:
@@ -91,11 +101,10 @@ def _draw_panel(axes: Axes, cells: Sequence[Cell], norm: Normalize) -> None:
     for cell in cells:
         place = (alternatives.index(cell.alternative), claims.index(cell.claim.id))
         _draw_cell(axes, cell, place, norm)
-    for cell in cells:  # after all cells, so that no neighbour covers a part of the frame
         if is_changed(cell, cells):
-            corner = (alternatives.index(cell.alternative) - 0.5, claims.index(cell.claim.id) - 0.5)
-            frame = Rectangle(corner, 1, 1, fill=False, edgecolor=BLACK, linewidth=2.2, zorder=4, clip_on=False)
-            axes.add_patch(frame)
+            # Inside the cell: the frames of neighbours stay two.
+            corner = (alternatives.index(cell.alternative) - 0.45, claims.index(cell.claim.id) - 0.44)
+            axes.add_patch(Rectangle(corner, 0.9, 0.88, fill=False, edgecolor=BLACK, linewidth=2, zorder=4))
     axes.set_yticks(range(len(claims)), claims, fontweight="bold")
     axes.xaxis.tick_top()
     axes.set_xticks(range(len(alternatives)), alternatives, rotation=32, ha="left", rotation_mode="anchor")
@@ -147,21 +156,22 @@ def cell_words(cell: Cell) -> str:
     return "diverged" if difference.n_diverged else "no pairs"
 
 
-def _draw_keys(figure: Figure, norm: Normalize) -> None:
+def _draw_keys(figure: Figure, norm: Normalize, *, with_empty: bool) -> None:
     height = figure.get_size_inches()[1]
     bar_axes = figure.add_axes((0.06, 0.45 / height, 0.27, 0.12 / height))
     bar = figure.colorbar(ScalarMappable(norm, COLOURS), cax=bar_axes, orientation="horizontal", extend="both")
-    bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.signed(100 * value)))
-    bar.set_label("better than the base by (%)", fontsize=8, labelpad=1)
+    bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.tick(round(100 * value))))
+    limit = float(norm.vmax or 1.0)
+    bar.set_ticks([-limit, -limit / 4, 0, limit / 4, limit])
+    bar.set_label("better than the base by (%, root scale)", fontsize=8, labelpad=1)
     dot = {"linestyle": "none", "markersize": 5, "markeredgecolor": BLACK, "markeredgewidth": 0.8}
     keys: list[Line2D | Patch] = [
         Line2D([], [], marker=marker, markerfacecolor="white" if marker == "o" else BLACK, label=verdict, **dot)  # type: ignore[arg-type]
         for verdict, marker in VERDICT_MARKERS.items()
     ]
-    keys += [
-        Patch(facecolor="white", edgecolor=BLACK, linewidth=2.2, label="verdict other than as read"),
-        Patch(facecolor="white", edgecolor="0.75", hatch="////", label="no pair left"),
-    ]
+    keys.append(Patch(facecolor="white", edgecolor=BLACK, linewidth=2, label=f"verdict other than {DEFAULT}"))
+    if with_empty:
+        keys.append(Patch(facecolor="white", edgecolor="0.75", hatch="////", label="no pair left"))
     figure.legend(
         handles=keys, loc="lower left", bbox_to_anchor=(0.37, 0.06 / height), ncols=3, frameon=False, handletextpad=0.5
     )

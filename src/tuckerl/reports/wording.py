@@ -38,7 +38,7 @@ def seconds(value: float) -> str:
 
 def percent(difference: Difference) -> str:
     """Return a difference in percent."""
-    return NOTHING if math.isnan(difference.mean) else _minus(f"{100 * difference.mean:+.1f} %")
+    return NOTHING if math.isnan(difference.mean) else _minus(f"{_rounded(difference.mean):+.1f} %")
 
 
 def percent_interval(difference: Difference) -> str:
@@ -47,12 +47,17 @@ def percent_interval(difference: Difference) -> str:
         return ""
     if math.isnan(difference.low) or math.isnan(difference.high):
         return "no interval"
-    return _minus(f"[{100 * difference.low:.1f}, {100 * difference.high:.1f}]")
+    return _minus(f"[{_rounded(difference.low):.1f}, {_rounded(difference.high):.1f}]")
 
 
 def signed(value: float) -> str:
     """Return a number of a percentage with its sign, without decimals from 10 on."""
-    return _minus(f"{value:+.0f}" if abs(value) >= 9.95 else f"{value:+.1f}") if value else "0"
+    return _minus(f"{value:+.0f}" if abs(value) >= 9.95 else f"{value:+.1f}") if abs(value) >= 0.05 else "0"
+
+
+def tick(value: float) -> str:
+    """Return an axis's number with its sign."""
+    return _minus(f"{value:+g}") if value else "0"
 
 
 def shown(difference: Difference) -> dict[str, str]:
@@ -130,6 +135,10 @@ def described(variant: Variant) -> str:
     if variant.n_agents == 1:
         return weights
     return f"{weights}; {'no sharing' if share == 'none' else f'share: {share}'}"
+
+
+def _rounded(part: float) -> float:
+    return round(100 * part, 1) + 0.0  # no minus zero
 
 
 def _minus(text: str) -> str:

@@ -62,7 +62,7 @@ def _ways(scenario: Scenario) -> list[tuple[str, Variant]]:
         ("+ constant rate", "constant-1"),
         ("+ weights on random actions", "permuted-1"),
         ("+ weights on their actions", f"{t}-1"),
-        *((f"+ sharing by {share}, {SEVERAL} agents", f"{t}-{SEVERAL}-{share}") for share in shares),
+        *((f"+ {SEVERAL} agents sharing by {share}", f"{t}-{SEVERAL}-{share}") for share in shares),
     ]
     base = variant(family, family.base)
     alpha = family.parameters["alpha"] / math.sqrt(family.n_actions)

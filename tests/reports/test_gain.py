@@ -1,0 +1,120 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from tests.reports.examples import NO_DIFFERENCE, SCENARIO, SCENARIOS, difference, gain_of
+from tuckerl.reports.gain_figure import CHAIN, SHARING, SLOW, draw_gain, mark_of, show_gain
+from tuckerl.reports.gain_words import gain_rows, what_works, without_the_step
+from tuckerl.reports.picture import own_style
+from tuckerl.studies.gain import Gain
+from tuckerl.studies.study import Scenario
+
+
+def dots(figure: Figure) -> dict[float, tuple[float, str]]:
+    """Return each row's dot: its place and whether it is filled."""
+    marked = [line for line in figure.axes[0].lines if line.get_marker() not in ("", "None", None)]
+    return {
+        float(np.asarray(line.get_ydata())[0]): (
+            float(np.asarray(line.get_xdata())[0]),
+            "hollow" if line.get_markerfacecolor() == "white" else "filled",
+        )
+        for line in marked
+    }
+
+
+def test_every_ingredient_has_its_dot_its_interval_and_its_pairs() -> None:
+    gain = gain_of()
+    figure = draw_gain(gain)
+    axes = figure.axes[0]
+    assert [label.get_text() for label in axes.get_yticklabels()] == [one.label for one in gain.ingredients]
+    found = dots(figure)
+    for place, one in enumerate(gain.ingredients):
+        if math.isnan(one.difference.mean):
+            assert place not in found
+        else:
+            assert found[place] == (
+                100 * one.difference.mean,
+                "filled" if abs(one.difference.mean) > 0.05 else "hollow",
+            )
+    intervals = [np.asarray(line.get_xdata()).tolist() for line in axes.lines]
+    assert [100 * value for value in gain.ingredients[0].difference[1:3]] in intervals
+    words = [text.get_text() for text in axes.texts]
+    assert words.count("no pair left") == 2
+    assert (words.count("3"), words.count("0 (3 lost)"), words.count("0")) == (len(gain.ingredients) - 2, 1, 1)
+    assert "dyna-h" in words
+
+
+def test_letters_are_at_least_8_points() -> None:
+    with own_style():
+        axes = draw_gain(gain_of()).axes[0]
+        texts = [*axes.texts, *axes.get_xticklabels(), *axes.get_yticklabels(), axes.xaxis.label]
+        assert min(float(text.get_fontsize()) for text in texts) >= 8
+
+
+def test_kinds_of_ingredients_look_different() -> None:
+    gain = gain_of()
+    marks = [mark_of(gain.scenario, one) for one in gain.ingredients]
+    assert marks == [CHAIN] * 3 + [SHARING] * 6 + [SLOW]
+    assert len({mark.marker for mark in marks}) == 3
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda scenario: scenario.name)
+def test_each_scenario_has_its_own_figure(scenario: Scenario) -> None:
+    shown = show_gain(gain_of(scenario))
+    assert shown.name == f"gain-{scenario.name}"
+    assert scenario.family.base in shown.caption
+    assert "nan" not in (shown.caption + shown.alt).lower()
+    assert shown == show_gain(gain_of(scenario))
+
+
+def test_the_sentence_is_worked_out_from_the_intervals() -> None:
+    text = what_works(gain_of())
+    assert text == (
+        "By the intervals of each step over the one before it, the work is done by: ingredient constant-1 (+30.0 % "
+        "[25.0, 35.0] over dyna-h); and ingredient dyna-ht-1 (+20.0 % [15.0, 25.0] over permuted-1), though not better "
+        "than dyna-h as far as these runs can tell. Worse than the step before: ingredient permuted-1 "
+        "(\N{MINUS SIGN}40.0 % [\N{MINUS SIGN}45.0, \N{MINUS SIGN}35.0] over constant-1). The interval covers 0 for 4 "
+        "other steps. Too few pairs are left for 2 steps."
+    )
+
+
+def with_all(value: float) -> Gain:
+    gain = gain_of()
+    added = NO_DIFFERENCE if math.isnan(value) else difference(value)
+    return gain._replace(ingredients=tuple(one._replace(added=added, difference=added) for one in gain.ingredients))
+
+
+def test_the_sentence_says_when_nothing_helps_or_nothing_can_be_told() -> None:
+    assert what_works(with_all(0.0)) == (
+        "No ingredient adds a gain whose whole interval lies above 0. The interval covers 0 for 9 other steps."
+    )
+    assert what_works(with_all(math.nan)).startswith("Which ingredient does the work cannot be told")
+    still_worse = gain_of()
+    first = still_worse.ingredients[0]._replace(difference=difference(-0.3))
+    still_worse = still_worse._replace(ingredients=(first, *still_worse.ingredients[1:]))
+    assert "over dyna-h), though still worse than dyna-h" in what_works(still_worse)
+
+
+def test_the_slower_base_is_told_apart() -> None:
+    assert without_the_step(gain_of()).endswith("without any tensor step: +2.0 % [\N{MINUS SIGN}3.0, 7.0].")
+    assert "slow" not in what_works(gain_of())
+    assert without_the_step(with_all(math.nan)) == ""
+    assert without_the_step(gain_of()._replace(ingredients=())) == ""
+
+
+def test_rows_have_both_differences() -> None:
+    first, second = gain_rows(gain_of())[:2]
+    assert first["difference"] == first["added"] == {"mean": "+30.0 %", "interval": "[25.0, 35.0]"}
+    assert (second["variant"], second["before"]) == ("permuted-1", "constant-1")
+    assert second["difference"]["mean"] == "\N{MINUS SIGN}20.0 %"
+    assert second["added"]["mean"] == "\N{MINUS SIGN}40.0 %"
+
+
+def test_a_gain_without_pairs_can_be_drawn() -> None:
+    lost = with_all(math.nan)
+    assert show_gain(lost).drawn.svg
+    assert show_gain(lost._replace(scenario=replace(lost.scenario, n_runs=1))).caption
+    assert SCENARIO.family.base in show_gain(lost).caption

@@ -1,0 +1,120 @@
+import math
+
+import numpy as np
+from matplotlib.colors import to_rgb
+from matplotlib.patches import Rectangle
+
+from tests.reports.examples import cells_of
+from tuckerl.reports.picture import own_style
+from tuckerl.reports.sensitivity_figure import COLOURS, cell_words, draw_sensitivity, is_changed, show_sensitivity
+from tuckerl.reports.tables import cell_rows
+from tuckerl.studies.sensitivity import DEFAULT, Cell
+
+MINUS = "\N{MINUS SIGN}"
+
+
+def test_there_is_a_panel_for_each_scenario_and_a_row_for_each_claim() -> None:
+    maze, cart_pole = draw_sensitivity(cells_of()).axes[:2]
+    assert [label.get_text() for label in maze.get_yticklabels()] == ["C5", "C6"]
+    assert [label.get_text() for label in maze.get_xticklabels()] == [DEFAULT, "other reading", "wild reading"]
+    assert [label.get_text() for label in cart_pole.get_yticklabels()] == ["C1"]
+    assert maze.texts[-1].get_text() == "DYNA maze"
+
+
+def test_every_cell_has_its_number_and_its_verdicts_sign() -> None:
+    cells = [cell for cell in cells_of() if cell.scenario == "dyna-maze"]
+    maze = draw_sensitivity(cells).axes[0]
+    words = [(round(text.get_position()[0]), text.get_text()) for text in maze.texts[:-1]]
+    assert words == [
+        *((0, "+10 %"), (0, "+1.0 %")),
+        *((1, f"{MINUS}40 %"), (1, f"{MINUS}1.0 %")),
+        *((2, "diverged"), (2, "no pairs")),
+    ]
+    signs = {}
+    for line in maze.lines:
+        x, y = (round(float(np.asarray(place)[0])) for place in line.get_data())
+        signs[x, y] = line.get_marker()
+    assert signs == {(0, 0): "^", (1, 0): "v", (0, 1): "o", (1, 1): "o"}
+
+
+def test_frames_mark_other_verdicts_than_the_default_of_the_same_claim() -> None:
+    cells = cells_of()
+    assert [is_changed(cell, cells) for cell in cells] == [False, False, True, False, True, False, False, False]
+    maze = draw_sensitivity(cells).axes[0]
+    frames = [patch for patch in maze.patches if isinstance(patch, Rectangle) and not patch.get_fill()]
+    assert [(round(frame.get_x() + 0.45), round(frame.get_y() + 0.44)) for frame in frames] == [(1, 0), (2, 0)]
+
+
+def test_without_a_default_nothing_is_changed() -> None:
+    cells = [cell for cell in cells_of() if cell.alternative != DEFAULT]
+    assert not any(is_changed(cell, cells) for cell in cells)
+    assert show_sensitivity(cells).drawn.svg
+
+
+def test_colours_say_the_sign() -> None:
+    maze = draw_sensitivity(cells_of()).axes[0]
+    filled = [patch for patch in maze.patches if patch.get_fill()]
+    gain, loss = (to_rgb(filled[place].get_facecolor()) for place in (0, 2))  # C5, as read and otherwise
+    assert gain[2] > gain[0]
+    assert loss[0] > loss[2]
+    assert np.allclose(COLOURS(0.5)[:3], to_rgb("#fafafa"), atol=0.01)
+
+
+def test_black_letters_are_legible_on_every_colour() -> None:
+    colours = COLOURS(np.linspace(0, 1, 101))[:, :3]
+    linear = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+    luminance = linear @ [0.2126, 0.7152, 0.0722]
+    assert ((luminance + 0.05) / 0.05).min() >= 4.5  # WCAG AA
+
+
+def test_letters_are_at_least_8_points() -> None:
+    with own_style():
+        figure = draw_sensitivity(cells_of())
+        texts = [
+            text for axes in figure.axes for text in (*axes.texts, *axes.get_xticklabels(), *axes.get_yticklabels())
+        ]
+        assert min(float(text.get_fontsize()) for text in (*texts, *figure.legends[0].get_texts())) >= 8
+
+
+def test_the_legend_names_every_mark_that_is_used() -> None:
+    def names(cells: list[Cell]) -> list[str]:
+        return [text.get_text() for text in draw_sensitivity(cells).legends[0].get_texts()]
+
+    marks = ["holds", "does not hold", "not decided", "verdict other than as read"]
+    assert names(cells_of()) == [*marks, "no pair left"]
+    assert names(cells_of()[:4]) == marks
+
+
+def test_everything_diverged_can_be_drawn() -> None:
+    lost = [cell for cell in cells_of() if math.isnan(cell.claim.difference.mean)]
+    shown = show_sensitivity(lost)
+    assert shown.drawn.svg
+    assert [cell_words(cell) for cell in lost] == ["diverged", "no pairs"]
+    assert shown.name == "sensitivity"
+
+
+def test_the_description_names_what_changes() -> None:
+    alt = show_sensitivity(cells_of()).alt
+    assert alt.endswith("Another verdict than the default's: C5 with other reading, C5 with wild reading.")
+    assert show_sensitivity(cells_of()[-2:]).alt.endswith("No verdict changes.")
+
+
+def test_drawing_again_gives_the_same_bytes() -> None:
+    assert show_sensitivity(cells_of()) == show_sensitivity(cells_of())
+
+
+def test_rows_are_sorted_by_scenario_and_claim_and_have_their_intervals() -> None:
+    rows = cell_rows(cells_of())
+    assert [(row["id"], row["alternative"]) for row in rows[:3]] == [
+        ("C5", DEFAULT),
+        ("C5", "other reading"),
+        ("C5", "wild reading"),
+    ]
+    assert rows[1]["changed"]
+    assert rows[1]["difference"] == {
+        "mean": "\N{MINUS SIGN}40.0 %",
+        "interval": "[\N{MINUS SIGN}50.0, \N{MINUS SIGN}30.0]",
+    }
+    assert (rows[2]["pairs"], rows[2]["diverged"]) == ("3", "3")
+    assert rows[2]["difference"]["interval"] == ""
+    assert [row["scenario"] for row in rows[-2:]] == ["Cart pole", "Cart pole"]
