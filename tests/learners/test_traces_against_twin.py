@@ -137,6 +137,20 @@ def test_small_errors_count_among_large_ones() -> None:
     compare(SarsaLambda, problem, 1, alpha=0.5, gamma=0.5, lambda_=1.0)
 
 
+@pytest.mark.parametrize("learner", ["SarsaLambda", "TeamQ"])
+def test_a_pair_without_a_trace_does_not_meet_its_rows_large_errors(learner: str) -> None:
+    # State 0 stays for 1e6 a step until action 1 leads away for 1e-6: that pair's value has sixteen digits, too.
+    problem = TabularMDP([[0, 1], [1, 1]], [[1e6, 1e-6], [1e-6, 1e-6]], [[False, False], [True, True]])
+    parameters: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "lambda_": 0.9, "epsilon": 1.0}
+    if learner == "TeamQ":
+        parameters["cut"] = False
+    for seed in range(10):
+        learned = MADE[learner](problem, seed=seed, **parameters).learn(1).q[0]
+        slow = TWINS[MADE[learner]](problem, seed=seed, **parameters)
+        slow.episode(np.ones(2))
+        np.testing.assert_allclose(learned, slow.q, rtol=1e-9, atol=0)
+
+
 DYADIC: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "ties": "first", "epsilon": 0.5, "epsilon_decay": 0.75}
 
 

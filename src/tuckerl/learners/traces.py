@@ -99,7 +99,8 @@ def bring_up_to_date(traces: Traces, q: FloatArray, rates: FloatArray, log: Chan
 def value_of(traces: Traces, q: FloatArray, rates: FloatArray, log: ChangeLog, state: int, action: int) -> float:
     """Return Q(s, a) as it is up to date, without the work for its row."""
     slot = traces.slot[state]
-    if slot != 0 and traces.era[slot] != traces.cursor[ERA]:
+    # A pair without a trace has missed nothing: its value, perhaps 0, must not meet what its row has missed.
+    if slot != 0 and (traces.era[slot] != traces.cursor[ERA] or traces.constant[slot, action] == 0.0):
         bring_up_to_date(traces, q, rates, log, state)
     return q[state, action] + rates[action] * (traces.constant[slot, action] * _missed(traces, slot))
 
