@@ -145,7 +145,7 @@ def gain_of(scenario: Scenario = SCENARIO) -> Gain:
 
 
 def cells_of() -> list[Cell]:
-    """Two scenarios; C5 holds as read, fails under one reading, and has no pair left under another."""
+    """Two scenarios; C5 holds as read, fails under one reading, has no pair left under another, and under a third no run."""
     lost = claim("not decided", (math.nan,) * 3, (math.nan,) * 3, n_diverged=3)
     return [
         Cell("dyna-maze", DEFAULT, claim("holds")),
@@ -153,7 +153,7 @@ def cells_of() -> list[Cell]:
         Cell("dyna-maze", "other reading", claim("does not hold", (-0.4, -0.5, -0.3))),
         Cell("dyna-maze", "other reading", claim("not decided", (-0.01, -0.02, 0.03), claim_id="C6")),
         Cell("dyna-maze", "wild reading", lost),
-        Cell("dyna-maze", "wild reading", claim("not decided", (math.nan,) * 3)._replace(difference=NO_DIFFERENCE)),
+        Cell("dyna-maze", "never run", lost._replace(difference=NO_DIFFERENCE)),
         Cell("cart-pole", DEFAULT, claim("holds", (2.0, 1.0, 3.0), claim_id="C1")),
         Cell("cart-pole", "random ties", claim("holds", (0.004, 0.001, 0.008), claim_id="C1")),
     ]

@@ -16,7 +16,12 @@ MINUS = "\N{MINUS SIGN}"
 def test_there_is_a_panel_for_each_scenario_and_a_row_for_each_claim() -> None:
     maze, cart_pole = draw_sensitivity(cells_of()).axes[:2]
     assert [label.get_text() for label in maze.get_yticklabels()] == ["C5", "C6"]
-    assert [label.get_text() for label in maze.get_xticklabels()] == [DEFAULT, "other reading", "wild reading"]
+    assert [label.get_text() for label in maze.get_xticklabels()] == [
+        DEFAULT,
+        "other reading",
+        "wild reading",
+        "never run",
+    ]
     assert [label.get_text() for label in cart_pole.get_yticklabels()] == ["C1"]
     assert maze.texts[-1].get_text() == "DYNA maze"
 
@@ -28,7 +33,7 @@ def test_every_cell_has_its_number_and_its_verdicts_sign() -> None:
     assert words == [
         *((0, "+10 %"), (0, "+1.0 %")),
         *((1, f"{MINUS}40 %"), (1, f"{MINUS}1.0 %")),
-        *((2, "diverged"), (2, "no pairs")),
+        *((2, "diverged"), (3, "no pairs")),
     ]
     signs = {}
     for line in maze.lines:

@@ -85,6 +85,7 @@ def test_a_claim_that_compares_nothing_has_no_reading() -> None:
     [
         (wording.percent(Difference(-0.0516, -0.1, 0.0, 3, 0)), "\N{MINUS SIGN}5.2 %"),
         (wording.percent(Difference(-0.0004, -0.1, 0.0, 3, 0)), "+0.0 %"),
+        (wording.percent_interval(Difference(0.1, -0.0003, 0.0, 3, 0)), "[\N{MINUS SIGN}0.030, 0.0]"),
         (wording.signed(-9.96), "\N{MINUS SIGN}10"),
         (wording.signed(9.94), "+9.9"),
         (wording.signed(-0.01), "0"),

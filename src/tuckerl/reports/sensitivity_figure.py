@@ -25,7 +25,8 @@ COLOURS = LinearSegmentedColormap.from_list("orange-blue", ["#d97f2e", "#f2c394"
 LIMITS = (0.04, 0.16, 0.36, 1.0)  # of the colour scale: the first that nine tenths of the cells keep to
 
 VERDICT_MARKERS = {"holds": "^", "does not hold": "v", "not decided": "o"}
-_ROW, _HEADER = 0.4, 1.12  # inches
+_ROW, _HEADER = 0.4, 1.16  # inches
+_LETTERS = 8.5  # points: 8 when the page is printed on A4, which is a little narrower than the figure
 
 
 def show_sensitivity(cells: Sequence[Cell]) -> Shown:
@@ -107,7 +108,9 @@ def _draw_panel(axes: Axes, cells: Sequence[Cell], norm: Normalize) -> None:
             axes.add_patch(Rectangle(corner, 0.9, 0.88, fill=False, edgecolor=BLACK, linewidth=2, zorder=4))
     axes.set_yticks(range(len(claims)), claims, fontweight="bold")
     axes.xaxis.tick_top()
-    axes.set_xticks(range(len(alternatives)), alternatives, rotation=32, ha="left", rotation_mode="anchor")
+    axes.set_xticks(
+        range(len(alternatives)), alternatives, rotation=32, ha="left", rotation_mode="anchor", fontsize=_LETTERS
+    )
     axes.tick_params(length=0)
     axes.tick_params(axis="x", pad=2)
     for spine in axes.spines.values():
@@ -136,7 +139,7 @@ def _draw_cell(axes: Axes, cell: Cell, place: tuple[int, int], norm: Normalize) 
         x,
         y - 0.14,
         cell_words(cell),
-        fontsize=8,
+        fontsize=_LETTERS,
         color=BLACK,
         horizontalalignment="center",
         verticalalignment="center",

@@ -47,7 +47,7 @@ def percent_interval(difference: Difference) -> str:
         return ""
     if math.isnan(difference.low) or math.isnan(difference.high):
         return "no interval"
-    return _minus(f"[{_rounded(difference.low):.1f}, {_rounded(difference.high):.1f}]")
+    return _minus(f"[{_bound(difference.low)}, {_bound(difference.high)}]")
 
 
 def signed(value: float) -> str:
@@ -139,6 +139,12 @@ def described(variant: Variant) -> str:
 
 def _rounded(part: float) -> float:
     return round(100 * part, 1) + 0.0  # no minus zero
+
+
+def _bound(part: float) -> str:
+    # A bound's sign decides the verdict beside it, so it is not rounded away.
+    value = 100 * part
+    return f"{value:.3f}" if 0.0005 <= abs(value) < 0.05 else f"{_rounded(part):.1f}"
 
 
 def _minus(text: str) -> str:
