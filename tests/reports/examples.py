@@ -145,7 +145,7 @@ def gain_of(scenario: Scenario = SCENARIO) -> Gain:
 
 
 def cells_of() -> list[Cell]:
-    """Two scenarios; C5 holds as read, fails under one reading, has no pair left under another, and under a third no run."""
+    """C5 holds as read, fails under one reading, has no pair left under another and was not run under a third."""
     lost = claim("not decided", (math.nan,) * 3, (math.nan,) * 3, n_diverged=3)
     return [
         Cell("dyna-maze", DEFAULT, claim("holds")),
