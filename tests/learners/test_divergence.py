@@ -14,6 +14,8 @@ from tuckerl.errors import DivergenceWarning
 RUNAWAY = TabularMDP([[0, 0]], [[1e307, 1e307]], [[False, False]], max_episode_steps=4, heuristic=[0.0])
 SETTINGS: dict[str, Any] = {"alpha": 1.0, "gamma": 1.0, "epsilon": 0.0, "ties": "first", "seed": 0}
 
+TRACING = (SarsaLambda, TeamQ)
+
 
 @pytest.mark.parametrize("step", [None, TensorStep(every=3, ranks=(1, 1, 1, 1), weights="none", share="max")])
 @pytest.mark.parametrize("n_agents", [1, 2])
@@ -68,6 +70,28 @@ def test_an_overflow_in_a_row_that_is_never_looked_at_again_is_noticed(learner: 
     made = learner(problem, alpha=1.0, gamma=1.0, lambda_=1.0, seed=1)
     with pytest.warns(DivergenceWarning, match="in episode 0"):
         made.learn(3)
+    assert made.episodes == 0
+
+
+@pytest.mark.parametrize("learner", [SarsaLambda, TeamQ])
+def test_nothing_is_pending_after_a_divergence(learner: Any) -> None:
+    states = np.arange(3)
+    # Errors of 1 and 2e307 come before one that is infinite: they have reached their pairs.
+    rewards = np.array([[1.0], [2e307], [1e308]])
+    problem = TabularMDP(np.minimum(states + 1, 2)[:, None], rewards, (states == 2)[:, None])
+    made = learner(problem, alpha=0.5, gamma=0.5, lambda_=1.0, initial_q=[[0.0], [0.0], [-1.5e308]], seed=1)
+    with pytest.warns(DivergenceWarning, match="in episode 0"):
+        made.learn(3)
+    error = 2e307 - 0.5 * 1.5e308
+    np.testing.assert_allclose(made.q[0, :, 0], [0.25 * error, 0.5 * error, -1.5e308])
+
+
+@pytest.mark.parametrize("learner", [QLearning, Sarsa, SarsaLambda, TeamQ])
+def test_weights_above_1_can_overflow_in_the_last_step(learner: Any) -> None:
+    made = learner(TabularMDP([[0]], [[1e300]], [[True]]), seed=1, **({"lambda_": 0.0} if learner in TRACING else {}))
+    made._weights[0] = 1e20  # as a user's function may answer
+    with pytest.warns(DivergenceWarning, match="in episode 0"):
+        made.learn(1)
     assert made.episodes == 0
 
 
