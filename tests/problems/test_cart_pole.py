@@ -448,3 +448,15 @@ def test_render_without_a_mode_warns() -> None:
     env.reset()
     with pytest.warns(UserWarning, match="render_mode"):
         assert env.render() is None
+
+
+def test_failures_without_rows_of_their_own_fall_into_the_grid() -> None:
+    plain, absorbing = cart_pole(absorbing=False), cart_pole()
+    for numbers in ([4.5, 1.0, 0.0, 1.0], [0.0, 0.0, math.radians(50), -1.0], [-5.0, 0.0, -2.0, 0.0]):
+        state = np.array(numbers)
+        assert absorbing.functions.index(absorbing.parameters, state) >= 108
+        row = plain.functions.index(plain.parameters, state)
+        inside = np.array([np.sign(state[0]), np.sign(state[1]), np.clip(state[2], -0.2, 0.2), state[3]])
+        assert row == absorbing.functions.index(absorbing.parameters, inside)
+    with pytest.raises(ParameterTypeError, match="absorbing must be True or False"):
+        cart_pole(absorbing=2)  # type: ignore[arg-type]  # wrong on purpose

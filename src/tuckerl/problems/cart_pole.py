@@ -19,7 +19,7 @@ import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
 
-from tuckerl.checks import check_name, check_real
+from tuckerl.checks import check_flag, check_name, check_real
 from tuckerl.errors import ParameterError, ParameterTypeError
 from tuckerl.problems.cart_pole_view import draw_cart_pole, write_cart_pole
 from tuckerl.problems.simulator import Simulator
@@ -36,7 +36,7 @@ MAX_EPISODE_STEPS = 1000
 UNIFORM_START = 0.05
 
 # The simulator's parameters.
-GRAVITY, CART_MASS, POLE_MASS, HALF_LENGTH, TIME_STEP, FORCE, TRACK, FALL, SHAPED, START = range(10)
+GRAVITY, CART_MASS, POLE_MASS, HALF_LENGTH, TIME_STEP, FORCE, TRACK, FALL, SHAPED, START, ABSORBING = range(11)
 
 
 # Compiled and interpreted arithmetic agree to the last bit: products are written out, no `**`.
@@ -75,11 +75,12 @@ def step(parameters: FloatArray, state: FloatArray, action: int, rng: Stream) ->
 
 
 def index(parameters: FloatArray, state: FloatArray) -> int:
-    """Return the row of the grid's nearest point, the lower one on a tie."""
-    if abs(state[2]) > parameters[FALL]:
-        return FALLEN
-    if abs(state[0]) > parameters[TRACK]:
-        return OFF_TRACK
+    """Return the row of the grid's nearest point, the lower one on a tie; of a failure, its own row."""
+    if parameters[ABSORBING] > 0.0:
+        if abs(state[2]) > parameters[FALL]:
+            return FALLEN
+        if abs(state[0]) > parameters[TRACK]:
+            return OFF_TRACK
     x, rate = int(state[0] > 0.0), int(state[3] > 0.0)
     speed = 1 + int(state[1] > 0.0) - int(state[1] < 0.0)
     degrees = state[2] * (180.0 / math.pi)
@@ -101,6 +102,7 @@ def cart_pole(
     time_step: float = 0.02,
     track: float = 4.0,
     fall: float = 45.0,
+    absorbing: bool = True,
     max_episode_steps: int | None = MAX_EPISODE_STEPS,
 ) -> Simulator:
     """Return the cart pole as kernels play it: 110 states, 21 actions.
@@ -130,6 +132,9 @@ def cart_pole(
         The episode ends in failure when abs(x) is larger, in m ...
     fall : float
         ... or abs(theta) is, in degrees.
+    absorbing : bool
+        Whether a failure has a row of its own; otherwise it falls into the row of the grid's nearest point, which
+        matters to learners that bootstrap from terminal states.
     max_episode_steps : int, optional
 
     Raises
@@ -145,7 +150,7 @@ def cart_pole(
     """
     check_name("reward", reward, ("shaped", "sign"))
     check_name("start", start, ("fixed", "uniform"))
-    parameters = np.zeros(10)
+    parameters = np.zeros(11)
     parameters[GRAVITY] = check_real("gravity", gravity, 0.0)
     parameters[CART_MASS] = check_real("cart_mass", cart_mass, 0.0, low_open=True)
     parameters[POLE_MASS] = check_real("pole_mass", pole_mass, 0.0, low_open=True)
@@ -155,6 +160,7 @@ def cart_pole(
     parameters[TRACK] = check_real("track", track, 0.0, low_open=True)
     parameters[FALL] = math.radians(check_real("fall", fall, 0.0, 180.0, low_open=True))
     parameters[SHAPED] = reward == "shaped"
+    parameters[ABSORBING] = check_flag("absorbing", absorbing)
     parameters[START] = UNIFORM_START if start == "uniform" else 0.0
     return Simulator(
         reset,

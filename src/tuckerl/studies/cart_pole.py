@@ -64,7 +64,7 @@ def cart_pole(family: Family = FAMILY, problem: Callable[[int], Environment] = p
                 one,
                 controls[0],
             ),
-            Comparison("C2", "several TSARSA(λ) agents do better than one", "balance", one, more, controls[1]),
+            Comparison("C2", f"{several} TSARSA(λ) agents do better than one", "balance", one, more, controls[1]),
             Comparison(
                 "C10",
                 "the agent of least variance is the right one to copy, not of most",

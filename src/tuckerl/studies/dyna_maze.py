@@ -48,9 +48,9 @@ def dyna_maze(family: Family = FAMILY, problem: Callable[[int], Environment] = p
         variants=tuple(variant(family, name) for name in names),
         comparisons=(
             Comparison("C3", "DYNA-HT finds a shorter path than DYNA-H", "path", "dyna-h", one, names[3]),
-            Comparison("C4", "three DYNA-HT agents find a shorter path than one", "path", one, more, names[4]),
+            Comparison("C4", f"{several} DYNA-HT agents find a shorter path than one", "path", one, more, names[4]),
             Comparison("C5", "DYNA-HT with one agent costs less than DYNA-H", "cost", "dyna-h", one, names[3]),
-            Comparison("C6", "three DYNA-HT agents cost less than one", "cost", one, more, names[4]),
+            Comparison("C6", f"{several} DYNA-HT agents cost less than one", "cost", one, more, names[4]),
         ),
         pictured=("dyna-h", one, more),
         family=family,

@@ -11,6 +11,7 @@ from tuckerl.studies.store import Store
 from tuckerl.studies.study import Study
 
 SECONDS_BETWEEN_WRITES = 10.0
+WRITES_SHARE = 0.05  # of the time, at most: all tables are written anew every time
 
 Progress = Callable[[int, int], None]
 """Called with the number of tasks finished and of all tasks."""
@@ -32,7 +33,7 @@ def run_study(
     store = Store(folder, study, overwrite=overwrite)
     tasks, finished = all_tasks(study), store.finished()
     waiting: list[Tables] = []
-    written = time.monotonic()
+    due = time.monotonic() + SECONDS_BETWEEN_WRITES
     report = progress or (lambda done, total: None)
     report(len(finished), len(tasks))
     missing = [task for task in tasks if task not in finished]
@@ -41,9 +42,11 @@ def run_study(
             for done, (_, tables) in enumerate(played, len(finished) + 1):
                 waiting.append(tables)
                 report(done, len(tasks))
-                if time.monotonic() - written > SECONDS_BETWEEN_WRITES:
+                if time.monotonic() > due:
+                    begun = time.monotonic()
                     store.add(waiting)
-                    waiting, written = [], time.monotonic()
+                    waiting, now = [], time.monotonic()
+                    due = now + max(SECONDS_BETWEEN_WRITES, (now - begun) / WRITES_SHARE)
     finally:
         if waiting:
             store.add(waiting)

@@ -117,6 +117,7 @@ def _start_worker(study: Study) -> None:
     global _study
     _study = study
     threadpool_limits(1)
+    _warm_up(study)  # or the first variant of the first task would pay for loading the kernels
 
 
 def _work(task: Task) -> Tables:
@@ -135,11 +136,13 @@ def _without_warnings() -> Iterator[None]:
 
 
 def _warm_up(study: Study) -> None:
-    """Compile every learner's kernel, or fetch it from the cache on disk."""
+    """Compile what the study needs, or fetch it from the cache on disk: play every kind of variant for a window."""
     for scenario in study.scenarios:
-        for learner in {variant.learner: variant for variant in scenario.variants}.values():
+        kinds = {(variant.learner, variant.tensor_step is None): variant for variant in scenario.variants}
+        for variant in kinds.values():
+            learner = variant.make(_problem(scenario.problem, 0), study.run_seed(scenario, 0, 0))
             with _without_warnings():
-                learner.make(_problem(scenario.problem, 0), study.run_seed(scenario, 0, 0)).learn(episodes=1)
+                learner.learn(episodes=1 if variant.tensor_step is None else variant.tensor_step.every)
 
 
 @lru_cache(maxsize=64)

@@ -65,7 +65,11 @@ ALTERNATIVES: dict[str, tuple[Alternative, ...]] = {
         Alternative(DEFAULT),
         Alternative("accumulating traces", {"trace": "accumulating"}),
         Alternative("traces carried over", {"carry_trace": True}),
-        Alternative("bootstrap at failure", {"bootstrap_terminal": True}),
+        Alternative(
+            "bootstrap at failure",
+            {"bootstrap_terminal": True},
+            problem=partial(cart_pole_with, absorbing=False),  # else there is nothing in a failure's row
+        ),
         Alternative("random start", problem=partial(cart_pole_with, start="uniform")),
         Alternative("reward +1 / -1", problem=partial(cart_pole_with, reward="sign")),
         Alternative("random ties", {"ties": "random"}),
