@@ -123,8 +123,7 @@ def plan(
     model: Model,
     planning: Planning,
     q: FloatArray,
-    weights: FloatArray,
-    settings: Settings,
+    rates: FloatArray,
     log: ChangeLog,
     start: int,
     rng: Stream,
@@ -144,7 +143,7 @@ def plan(
         outcome = model.outcome[state, action]
         reward, discount, next_state = outcome.reward, outcome.discount, outcome.next_state
         mark(log, state)
-        total += update(q, state, action, reward, discount, next_state, settings.alpha * weights[action])
+        total += update(q, state, action, reward, discount, next_state, rates[action])
         state = next_state
     return total
 
@@ -155,7 +154,7 @@ def play(
     model: Model,
     planning: Planning,
     q: FloatArray,
-    weights: FloatArray,
+    rates: FloatArray,
     settings: Settings,
     log: ChangeLog,
     record: Record,
@@ -170,9 +169,9 @@ def play(
             next_state, reward, terminated = step(world, state, action, rng)
             discount = settings.terminal_discount if terminated else settings.gamma
             mark(log, state)
-            value = update(q, state, action, reward, discount, next_state, settings.alpha * weights[action])
+            value = update(q, state, action, reward, discount, next_state, rates[action])
             remember(model, planning.heuristic, state, action, reward, discount, next_state)
-            if not np.isfinite(value + plan(model, planning, q, weights, settings, log, state, rng)):
+            if not np.isfinite(value + plan(model, planning, q, rates, log, state, rng)):
                 return episode
             state, steps, total = next_state, steps + 1, total + reward
             note_state(record, steps, state)
@@ -244,7 +243,7 @@ class DynaH(Learner):
             self._models[agent],
             self._planning,
             self._q[agent],
-            self._weights,
+            self._rates(),
             self._settings,
             self._logs[agent],
             record,

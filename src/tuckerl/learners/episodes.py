@@ -10,7 +10,6 @@ from tuckerl.types import FloatArray, IntArray, Stream
 class Settings(NamedTuple):
     """A learner's numbers, as kernels read them."""
 
-    alpha: float
     gamma: float
     epsilon_decay: float
     terminal_discount: float  # 0; or gamma, where values are bootstrapped from terminal states, too

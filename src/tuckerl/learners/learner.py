@@ -29,6 +29,7 @@ from tuckerl.rng import child, seed_sequence, stream
 from tuckerl.types import FloatArray, IntArray
 
 _PLAIN_PARAMETERS = ("alpha", "gamma", "epsilon", "epsilon_decay", "ties", "n_agents", "bootstrap_terminal")
+_DIVERGED = "a table left the finite numbers in episode {}, where learning stopped: a smaller alpha may keep it finite"
 _CHUNK = 100  # episodes in one call of a kernel without a tensor step: Ctrl-C is heard between calls
 _MAX_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
 _PREDICTION_STREAM = 2**32 - 2  # the child of the seed for predict(deterministic=False)
@@ -94,7 +95,7 @@ class Learner(ABC):
         every = step.every if step is not None and step.needs_decomposition else 0
         limit = self.problem.max_episode_steps or _MAX_TRAJECTORY
         discount = self.gamma if self.bootstrap_terminal else 0.0
-        self._settings = Settings(self.alpha, self.gamma, self.epsilon_decay, discount, self.ties == "random")
+        self._settings = Settings(self.gamma, self.epsilon_decay, discount, self.ties == "random")
         self._worlds = tuple(self.problem.world() for _ in range(self.n_agents))
         self._q: FloatArray = np.zeros((self.n_agents, *shape))  # zeros cost nothing until they are touched
         if self._initial_q.any():
@@ -114,6 +115,10 @@ class Learner(ABC):
     @abstractmethod
     def _play(self, agent: int, record: Record) -> int:
         """Let an agent play and learn the episodes that `record` has room for; return how many stayed finite."""
+
+    def _rates(self) -> FloatArray:
+        """Return each action's learning rate, alpha omega."""
+        return self.alpha * self._weights
 
     def learn(self, episodes: int) -> Self:
         """Play and learn `episodes` more episodes with every agent.
@@ -141,12 +146,7 @@ class Learner(ABC):
                     chunk = _CHUNK if self._run is None else self._run.step.every
                     self._play_chunk(min(goal - self.episodes, chunk - self.episodes % chunk))
         if self.diverged_at is not None:
-            warnings.warn(
-                f"a table left the finite numbers in episode {self.diverged_at}, where learning stopped: "
-                "a smaller alpha may keep it finite",
-                DivergenceWarning,
-                stacklevel=2,
-            )
+            warnings.warn(_DIVERGED.format(self.diverged_at), DivergenceWarning, stacklevel=2)
         return self
 
     def _due_step(self) -> StepRun | None:

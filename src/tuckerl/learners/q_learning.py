@@ -29,7 +29,7 @@ def update(
 def play(
     world: World,
     q: FloatArray,
-    weights: FloatArray,
+    rates: FloatArray,
     settings: Settings,
     log: ChangeLog,
     record: Record,
@@ -44,7 +44,7 @@ def play(
             next_state, reward, terminated = step(world, state, action, rng)
             discount = settings.terminal_discount if terminated else settings.gamma
             mark(log, state)
-            value = update(q, state, action, reward, discount, next_state, settings.alpha * weights[action])
+            value = update(q, state, action, reward, discount, next_state, rates[action])
             if not np.isfinite(value):
                 return episode
             state, steps, total = next_state, steps + 1, total + reward
@@ -75,7 +75,7 @@ class QLearning(Learner):
         return play(
             self._worlds[agent],
             self._q[agent],
-            self._weights,
+            self._rates(),
             self._settings,
             self._logs[agent],
             record,

@@ -19,7 +19,7 @@ from tuckerl.types import FloatArray, Stream
 def play(
     world: World,
     q: FloatArray,
-    weights: FloatArray,
+    rates: FloatArray,
     settings: Settings,
     log: ChangeLog,
     record: Record,
@@ -37,7 +37,7 @@ def play(
             next_action = epsilon_greedy(q, next_state, epsilon, settings.random_ties, rng)
             mark(log, state)
             delta = reward + discount * q[next_state, next_action] - q[state, action]
-            q[state, action] += settings.alpha * weights[action] * delta
+            q[state, action] += rates[action] * delta
             if not np.isfinite(q[state, action]):
                 return episode
             state, action, steps, total = next_state, next_action, steps + 1, total + reward
@@ -68,7 +68,7 @@ class Sarsa(Learner):
         return play(
             self._worlds[agent],
             self._q[agent],
-            self._weights,
+            self._rates(),
             self._settings,
             self._logs[agent],
             record,

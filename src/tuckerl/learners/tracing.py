@@ -46,10 +46,6 @@ class TracingLearner(Learner):
         shape = (self.problem.n_states, self.problem.n_actions)
         self._traces = tuple(empty_traces(*shape, decay) for _ in range(self.n_agents))
 
-    def _rates(self) -> FloatArray:
-        """Return each action's learning rate, alpha omega."""
-        return self.alpha * self._weights
-
     def _share(self, mixture: FloatArray) -> None:
         super()._share(mixture)
         chosen = int(np.argmax(mixture)) if np.count_nonzero(mixture) == 1 else None
