@@ -49,4 +49,5 @@ lock: setup ## resolve the dependencies anew into the two lock files
 	$(LOCK) --group dev --group docs --output-file requirements-docs.lock
 
 clean: ## remove everything that was made here
-	rm -rf .venv results docs/_build .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv results docs/_build .mypy_cache .pytest_cache .ruff_cache .hypothesis benchmarks/build
+	find src tests benchmarks -name __pycache__ -prune -exec rm -rf {} +

@@ -136,10 +136,11 @@ def plan(
         elif planning.walk == Walk.RANDOM:
             state = model.observed[below(model.n_observed[0], rng)]
         if model.n_farthest[state] > 0:
-            action = random_maximum(model.distance, state, model.farthest[state], model.n_farthest[state], rng)
+            chosen = random_maximum(model.distance, state, model.farthest[state], model.n_farthest[state], rng)
         else:
             state = model.observed[below(model.n_observed[0], rng)]
-            action = modelled_action(model, state, rng)
+            chosen = modelled_action(model, state, rng)
+        action = np.uint32(chosen)  # unsigned, as states are: a tenth of the time
         outcome = model.outcome[state, action]
         reward, discount, next_state = outcome.reward, outcome.discount, outcome.next_state
         mark(log, state)
