@@ -35,10 +35,10 @@ def test_a_small_study_from_the_command_line(tmp_path: Path) -> None:
         assert (folder / "figures" / f"{name}.svg").stat().st_size > 1000
         assert (folder / "figures" / f"{name}.png").stat().st_size > 1000
     first = (folder / "runs.parquet").read_bytes()
-    again = run("reproduce", "--quick", "--runs", "2", "--episodes", "20", "--workers", "1", cwd=tmp_path)
+    again = run("reproduce", "dyna-maze", "--quick", "--runs", "2", "--episodes", "20", "--workers", "1", cwd=tmp_path)
     assert again.returncode == 0, again.stderr
     assert (folder / "runs.parquet").read_bytes() == first
-    other = run("reproduce", "--quick", "--runs", "2", "--episodes", "21", cwd=tmp_path)
+    other = run("reproduce", "dyna-maze", "--quick", "--runs", "2", "--episodes", "21", cwd=tmp_path)
     assert other.returncode == 2
     assert re.fullmatch(r"tuckerl: .*episodes is 20 there and 21 now.*--overwrite\n", other.stderr)
 

@@ -102,6 +102,9 @@ def test_results_of_another_study_are_refused_and_the_difference_named(study: St
     shorter = replace(study, scenarios=(study.scenarios[0].resized(n_episodes=7),))
     with pytest.raises(OutputConflictError, match=r"scenarios.dyna-maze.episodes is 20 there and 7 now"):
         Store(tmp_path, shorter)
+    other = replace(study, scenarios=(replace(study.scenarios[0], name="robot-rescue"),))
+    with pytest.raises(OutputConflictError, match=r"\(scenarios.robot-rescue is not there and in this one\)"):
+        Store(tmp_path, other)
     assert Store(tmp_path, shorter, overwrite=True).finished() == set()
     assert not (tmp_path / "runs.parquet").exists()
 

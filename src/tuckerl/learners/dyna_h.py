@@ -140,7 +140,7 @@ def plan(
         else:
             state = model.observed[below(model.n_observed[0], rng)]
             chosen = modelled_action(model, state, rng)
-        action = np.uint32(chosen)  # unsigned, as states are: a tenth of the time
+        action: Any = np.uint32(chosen)  # unsigned, as states are: a tenth of the time
         outcome = model.outcome[state, action]
         reward, discount, next_state = outcome.reward, outcome.discount, outcome.next_state
         mark(log, state)

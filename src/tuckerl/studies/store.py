@@ -150,6 +150,10 @@ def _specification(study: Study) -> dict[str, Any]:
 def _differences(there: Any, here: Any, place: str) -> Iterator[str]:
     if isinstance(there, dict) and isinstance(here, dict):
         for name in [*here, *(n for n in there if n not in here)]:
-            yield from _differences(there.get(name), here.get(name), f"{place}.{name}" if place else name)
+            inside = f"{place}.{name}" if place else name
+            if name in there and name in here:
+                yield from _differences(there[name], here[name], inside)
+            else:
+                yield f"{inside} is {'there and not in' if name in there else 'not there and in'} this one"
     elif there != here:
         yield f"{place} is {json.dumps(there)} there and {json.dumps(here)} now"
