@@ -8,6 +8,8 @@ import math
 from collections.abc import Iterable
 from numbers import Integral, Real
 
+import numpy as np
+
 from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
 
 
@@ -39,7 +41,10 @@ def check_real(
         expected += f" {'below' if high_open else 'of at most'} {high:g}"
     if isinstance(value, bool) or not isinstance(value, Real):
         raise ParameterTypeError(f"{expected}; got {value!r} of type {type(value).__name__}")
-    number = float(value)
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
     below = number <= low if low_open else number < low
     above = number >= high if high_open else number > high
     if not math.isfinite(number) or below or above:
@@ -80,8 +85,8 @@ def check_flag(name: str, value: object) -> bool:
     ParameterTypeError
         If it is anything else.
     """
-    if isinstance(value, bool):
-        return value
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
     raise ParameterTypeError(f"{name} must be True or False; got {value!r}")
 
 

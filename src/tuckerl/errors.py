@@ -41,6 +41,10 @@ class SavedFileError(TuckerlError, ValueError):
     """A file is truncated, damaged, of another kind or of a newer version."""
 
 
+class SavedFileMissingError(TuckerlError, FileNotFoundError):
+    """There is no file where a saved learner was looked for."""
+
+
 class OutputError(TuckerlError, OSError):
     """A result cannot be written where it was asked for."""
 

@@ -8,7 +8,14 @@ import pytest
 
 from tests.learners.worlds import corridor
 from tuckerl import DynaH, QLearning, SarsaLambda, TabularMDP, TeamQ
-from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TuckerlError, UnknownNameError
+from tuckerl.errors import (
+    ParameterError,
+    ParameterTypeError,
+    ProblemError,
+    SavedFileMissingError,
+    TuckerlError,
+    UnknownNameError,
+)
 
 PROBLEM = corridor()
 NO_HEURISTIC = TabularMDP([[0]], [[0.0]], [[True]])
@@ -158,3 +165,19 @@ def test_predictions() -> None:
 def test_saving_into_a_folder_that_does_not_exist(tmp_path: Path) -> None:
     with pytest.raises(OSError, match=r"cannot write .*nowhere.*: No such file.* choose a folder"):
         QLearning(PROBLEM, seed=0).save(tmp_path / "nowhere" / "agent.tuckerl")
+
+
+def test_parallel_environments_are_for_teams() -> None:
+    with pytest.raises(ProblemError, match=r"several agents: learn on it with tuckerl\.TeamQ"):
+        QLearning("tuckerl/RobotRescue-v0")
+
+
+def test_numbers_too_large_for_a_float_are_refused() -> None:
+    with pytest.raises(ParameterError, match="alpha must be a number in"):
+        QLearning(PROBLEM, alpha=10**400)
+
+
+def test_a_missing_file_is_both_kinds_of_error(tmp_path: Path) -> None:
+    with pytest.raises(SavedFileMissingError, match="there is no file") as caught:
+        QLearning.load(tmp_path / "nothing.tuckerl")
+    assert isinstance(caught.value, FileNotFoundError)

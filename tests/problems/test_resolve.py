@@ -62,7 +62,7 @@ def test_an_id_is_made_with_its_time_limit_and_without_a_word() -> None:
 
 def test_an_id_may_name_the_module_that_registers_it() -> None:
     assert as_problem(f"tuckerl:{ID}").n_states == 39 * 36
-    with pytest.raises(ModuleNotFoundError, match="no_such_module"):
+    with pytest.raises(UnknownNameError, match="there is no module 'no_such_module' to import"):
         as_problem(f"no_such_module:{ID}")
 
 

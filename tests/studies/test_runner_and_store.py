@@ -182,3 +182,34 @@ def test_a_diverged_run_keeps_its_rows(study: Study) -> None:
     assert runs["steps"][first:].null_count() == runs["return"][first:].null_count() == 20 - first
     assert runs["diverged"][first:].all()
     assert dict(runs.schema) == SCHEMAS["runs"]
+
+
+def test_overwriting_leaves_nothing_of_the_other_study(study: Study, tmp_path: Path) -> None:
+    run_study(study, tmp_path, workers=1)
+    (tmp_path / "figures").mkdir()
+    shown = [tmp_path / "claims.json", tmp_path / "report.html", tmp_path / "figures" / "fig11.svg"]
+    for path in shown:
+        path.write_text("of the other study")
+    Store(tmp_path, replace(study, seed=4), overwrite=True)
+    assert not any(path.exists() for path in shown)
+
+
+def test_damaged_results_can_be_overwritten(study: Study, tmp_path: Path) -> None:
+    run_study(study, tmp_path, workers=1)
+    (tmp_path / "runs.parquet").write_bytes(b"cut short")
+    assert Store(tmp_path, study, overwrite=True).finished() == set()
+
+
+def test_a_folder_in_the_way_of_a_file_is_said(study: Study, tmp_path: Path) -> None:
+    (tmp_path / "runs.parquet").mkdir()
+    with pytest.raises(OutputError, match="cannot use the folder"):
+        Store(tmp_path, study, overwrite=True)
+
+
+def test_times_hold_the_steps_part(study: Study) -> None:
+    times = play_task(study, Task(0, 0, 0)).times
+    plain = times.filter(pl.col("variant").is_in(["dyna-h"]))
+    assert plain["step_seconds"].to_list() == [0.0]
+    stepped = times.filter(pl.col("variant").str.starts_with("dyna-ht"))
+    assert (stepped["step_seconds"] > 0).all()
+    assert (stepped["step_seconds"] < stepped["seconds"]).all()

@@ -5,6 +5,7 @@ decomposition gives an action factor A_p, whose row norms scale the learning rat
 Ag_p, whose row norms say whose table all agents go on with (Figures 5, 7 and 8).
 """
 
+import time
 import warnings
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -130,6 +131,8 @@ class StepRun:
         self._sequence = sequence
         self._warned: set[type[Warning]] = set()
         self._history: list[tuple[int, FloatArray, int, float, tuple[int, ...]]] = []
+        self.seconds = 0.0
+        """Processor time of this thread in `close_window` so far."""
 
     def close_window(
         self, episode: int, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray
@@ -144,12 +147,21 @@ class StepRun:
         returns : (E, N) float64
             The window's undiscounted returns.
         """
-        decomposition = None
+        begun = time.thread_time()
+        outcome = self._outcome(episode, weights, logs, returns)
+        self.seconds += time.thread_time() - begun
+        return outcome
+
+    def _outcome(self, episode: int, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray) -> Outcome:
+        rng = np.random.default_rng(child(self._sequence, _STREAM, episode // self.step.every))
+        weigh, decomposition = self.step.weighting, None
         if self.step.needs_decomposition:
             tensor = self.snapshots.tensor(logs)
             if not np.isfinite(tensor).all():
                 return Outcome(weights, None, finite=False)
-            if not tensor.any():  # nothing was learned yet: everything stays as it is
+            if not tensor.any():  # nothing was learned yet: everything stays as it is, but for weights that do not ask
+                if not weigh.needs_decomposition:
+                    weights = np.maximum(weigh.weigh(None, self._n_actions, rng), self.step.floor)
                 self._remember(episode, weights, None, None)
                 return Outcome(weights, None, finite=True)
             with np.errstate(over="ignore"):  # tables near the largest float have a core beyond it, which is not read
@@ -160,9 +172,7 @@ class StepRun:
                     f"ranks {self.step.ranks} are more than the tables of a window allow and were clipped to "
                     f"{decomposition.ranks}; later windows may be clipped otherwise (see step_history.ranks)",
                 )
-        rng = np.random.default_rng(child(self._sequence, _STREAM, episode // self.step.every))
-        weights = self.step.weighting.weigh(decomposition, self._n_actions, rng)
-        weights = np.maximum(weights, self.step.floor)
+        weights = np.maximum(weigh.weigh(decomposition, self._n_actions, rng), self.step.floor)
         if not weights.all():
             self._warn(
                 ZeroWeightWarning,
@@ -203,7 +213,7 @@ class StepRun:
         if category not in self._warned:
             self._warned.add(category)
             # The line that called learn(): _warn, close_window, the learner's own step and learn lie below it.
-            warnings.warn(message, category, stacklevel=5)
+            warnings.warn(message, category, stacklevel=6)
 
     def _remember(
         self,

@@ -244,7 +244,7 @@ class DynaH(Learner):
             self._models[agent],
             self._planning,
             self._q[agent],
-            self._rates(),
+            self.alpha * self._weights,
             self._settings,
             self._logs[agent],
             record,

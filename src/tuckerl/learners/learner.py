@@ -71,6 +71,8 @@ class Learner(ABC):
         If `env` is no problem that this learner can play.
     """
 
+    _teams = False  # whether it plays parallel environments by joint actions
+
     def __init__(self, env: Environment, **parameters: Unpack[LearnerParameters]) -> None:
         check_known(type(self).__name__, parameters)
         self.alpha = check_real("alpha", parameters.get("alpha", 0.1), 0.0, 1.0, low_open=True)
@@ -84,7 +86,7 @@ class Learner(ABC):
         self.diverged_at: int | None = None
         """The episode in which a table left the finite numbers; learning stopped before it."""
         self._sequence = seed_sequence(parameters.get("seed"))
-        self.problem: Problem = as_problem(env)
+        self.problem: Problem = as_problem(env, teams=self._teams)
         """The finite MDP that is played."""
         shape = (self.problem.n_states, self.problem.n_actions)
         self._initial_q = check_initial_q(parameters.get("initial_q", 0.0), shape)
@@ -115,10 +117,6 @@ class Learner(ABC):
     @abstractmethod
     def _play(self, agent: int, record: Record) -> int:
         """Let an agent play and learn the episodes that `record` has room for; return how many stayed finite."""
-
-    def _rates(self) -> FloatArray:
-        """Return each action's learning rate, alpha omega."""
-        return self.alpha * self._weights
 
     def learn(self, episodes: int) -> Self:
         """Play and learn `episodes` more episodes with every agent.
@@ -216,11 +214,13 @@ class Learner(ABC):
         return empty_history(self.problem.n_actions) if self._run is None else self._run.history
 
     @property
-    def trajectories(self) -> tuple[IntArray, ...]:
-        """Each agent's states in its latest episode, in order, the last one included; the first million of them.
+    def step_seconds(self) -> float:
+        """Processor time that the tensor step has taken since this learner was made or loaded."""
+        return 0.0 if self._run is None else self._run.seconds
 
-        Empty before the first episode and in a run that diverged.
-        """
+    @property
+    def trajectories(self) -> tuple[IntArray, ...]:
+        """Each agent's states in its latest episode, a million at most; none before the first or after divergence."""
         if self.episodes == 0 or self.diverged_at is not None:
             return tuple(np.zeros(0, dtype=np.int64) for _ in range(self.n_agents))
         last = self._steps[:, self.episodes - 1]

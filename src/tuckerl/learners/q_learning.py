@@ -75,7 +75,7 @@ class QLearning(Learner):
         return play(
             self._worlds[agent],
             self._q[agent],
-            self._rates(),
+            self.alpha * self._weights,
             self._settings,
             self._logs[agent],
             record,

@@ -76,7 +76,7 @@ class SarsaLambda(TracingLearner):
             self._worlds[agent],
             self._traces[agent],
             self._q[agent],
-            self._rates(),
+            self.alpha * self._weights,
             self._settings,
             self._logs[agent],
             record,

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.errors import ParameterError, SavedFileError
+from tuckerl.errors import ParameterError, SavedFileError, SavedFileMissingError
 from tuckerl.files import write_whole
 from tuckerl.generalization.step import TensorStep
 from tuckerl.problems.mdp import MDPArrays, TabularMDP
@@ -54,8 +54,13 @@ def read(path: Path) -> tuple[Header, Arrays]:
     ------
     SavedFileError
         If the file is of another kind, of a newer version, truncated or damaged.
+    SavedFileMissingError
+        If there is none.
     """
-    content = path.read_bytes()
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError as error:
+        raise SavedFileMissingError(f"there is no file {path}: name one that a learner's save() wrote") from error
     if not content.startswith(_MAGIC):
         raise SavedFileError(f"{path} is not a saved learner: expected a file that a learner's save() wrote")
     first, _, rest = content.partition(b"\n")

@@ -120,6 +120,8 @@ class TeamQ(TracingLearner):
     (1, 36864, 25)
     """
 
+    _teams = True
+
     def __init__(
         self,
         env: Environment,
@@ -145,7 +147,7 @@ class TeamQ(TracingLearner):
             self._team,
             self._traces[agent],
             self._q[agent],
-            self._rates(),
+            self.alpha * self._weights,
             self._settings,
             self._logs[agent],
             record,

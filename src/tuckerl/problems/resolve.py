@@ -10,7 +10,7 @@ from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
 from pettingzoo.utils import BaseParallelWrapper  # type: ignore[import-untyped]
 
 from tuckerl.checks import check_name
-from tuckerl.errors import ParameterTypeError, ProblemError
+from tuckerl.errors import ParameterTypeError, ProblemError, UnknownNameError
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.simulator import Simulator
@@ -42,7 +42,7 @@ Environment = str | Made | Callable[[], Made] | Problem | Maze
 _TRANSPARENT = (TimeLimit, OrderEnforcing, PassiveEnvChecker)
 
 
-def as_problem(env: Environment) -> Problem:
+def as_problem(env: Environment, *, teams: bool = True) -> Problem:
     """Return what kernels play of `env`.
 
     Parameters
@@ -52,6 +52,8 @@ def as_problem(env: Environment) -> Problem:
         first two as its attribute ``mdp`` or ``simulator``; or a PettingZoo parallel environment whose ``mdp`` is a
         :class:`TabularMDP` of joint states and joint actions. Environments: by id (Gymnasium's, else PettingZoo's), as
         an instance, or as a callable that makes one.
+    teams : bool
+        Whether a parallel environment may be played, by its joint actions.
 
     Raises
     ------
@@ -66,16 +68,16 @@ def as_problem(env: Environment) -> Problem:
     if isinstance(env, Maze):
         return env.to_mdp()
     if isinstance(env, str):
-        return _lift_and_close(_make(env))
+        return _lift_and_close(_make(env), teams)
     if isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
-        return _lift(env)
+        return _lift(env, teams)
     if callable(env):
         made = env()
         if not isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
             raise ParameterTypeError(
                 f"the callable must make a Gymnasium environment or a PettingZoo parallel environment; it made {made!r}"
             )
-        return _lift_and_close(made)
+        return _lift_and_close(made, teams)
     raise ParameterTypeError(
         f"env must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that makes "
         f"one, a TabularMDP, a Simulator or a Maze; got {env!r}"
@@ -86,7 +88,10 @@ def _make(name: str) -> Made:
     """Return the environment of this id; "module:id" imports what registers the id first."""
     module, _, plain = name.rpartition(":")
     if module:
-        import_module(module)
+        try:
+            import_module(module)
+        except ModuleNotFoundError as error:
+            raise UnknownNameError(f"unknown environment {name!r}: there is no module {module!r} to import") from error
     check_name("environment", plain, {*gymnasium.registry, *pettingzoo.parallel_registry})
     if plain in gymnasium.registry:
         return gymnasium.make(plain, disable_env_checker=True)
@@ -94,15 +99,19 @@ def _make(name: str) -> Made:
     return made
 
 
-def _lift_and_close(env: Made) -> Problem:
+def _lift_and_close(env: Made, teams: bool) -> Problem:
     try:
-        return _lift(env)
+        return _lift(env, teams)
     finally:
         env.close()
 
 
-def _lift(env: Made) -> Problem:
-    return _lift_single(env) if isinstance(env, gymnasium.Env) else _lift_parallel(env)
+def _lift(env: Made, teams: bool) -> Problem:
+    if isinstance(env, gymnasium.Env):
+        return _lift_single(env)
+    if not teams:
+        raise ProblemError(f"{env} is an environment of several agents: learn on it with tuckerl.TeamQ")
+    return _lift_parallel(env)
 
 
 def _lift_parallel(env: Any) -> TabularMDP:

@@ -34,10 +34,12 @@ def problem(instance: int) -> TabularMDP:
 
 
 def robot_rescue(
-    family: Family = FAMILY, problem: Callable[[int], Environment] = problem, several: int = 3
+    family: Family = FAMILY, problem: Callable[[int], Environment] = problem, several: int | None = None
 ) -> Scenario:
-    """Return the experiment, or the same with another family, problem or number of several teams."""
-    names = ("team-q", "team-tq-1", f"team-tq-{several}", "constant-1", f"constant-{several}-max", "permuted-1")
+    """Return the experiment, or the same with another family or problem, or with several teams where it has one."""
+    more = several or 3
+    names = ("team-q", "team-tq-1", f"team-tq-{more}", "constant-1", f"constant-{more}-max", "permuted-1")
+    candidate, control = (names[2], names[4]) if several else (names[1], names[3])
     return Scenario(
         name="robot-rescue",
         title="Robot rescue",
@@ -47,7 +49,7 @@ def robot_rescue(
         n_runs=50,
         n_episodes=100,
         variants=tuple(variant(family, name) for name in names),
-        comparisons=(Comparison("C7", "Team-TQ costs less than Team-Q", "cost", "team-q", "team-tq-1", "constant-1"),),
+        comparisons=(Comparison("C7", "Team-TQ costs less than Team-Q", "cost", "team-q", candidate, control),),
         pictured=(),
         family=family,
         measure="cost",
@@ -69,6 +71,7 @@ ASSUMPTIONS = (
         "would be "
         "identical.",
     ),
+    Assumption(INVENTED, "Traces are replacing and zeroed at the start of an episode, as in the cart pole."),
     Assumption(
         INVENTED, "Rewards are +1 for each grip and +10 for the delivery; an episode is cut off after 1000 steps."
     ),

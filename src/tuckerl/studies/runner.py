@@ -41,7 +41,9 @@ class Tables(NamedTuple):
     runs: pl.DataFrame  # steps and return of every episode; null from the one on in which a run diverged
     weights: pl.DataFrame  # what the tensor step decided after every window
     paths: pl.DataFrame  # the states of the pictured variants' shortest episodes
-    times: pl.DataFrame  # processor time: the one thing that differs between two runs of a study
+    times: (
+        pl.DataFrame
+    )  # processor time, and the tensor step's part of it: the one thing that differs between two runs of a study
 
 
 _KEY: dict[str, Any] = {"scenario": pl.String, "variant": pl.String, "instance": pl.Int32, "run": pl.Int32}
@@ -51,7 +53,7 @@ SCHEMAS: dict[str, Any] = {
     "weights": _KEY
     | {"episode": pl.Int32, "action": pl.Int32, "weight": pl.Float64, "chosen": pl.Int32, "fit": pl.Float64},
     "paths": _KEY | _AGENT | {"step": pl.Int32, "state": pl.Int64},
-    "times": _KEY | {"agents": pl.Int32, "seconds": pl.Float64},
+    "times": _KEY | {"agents": pl.Int32, "seconds": pl.Float64, "step_seconds": pl.Float64},
 }
 
 
@@ -166,7 +168,7 @@ def _play_variant(study: Study, scenario: Scenario, variant: Variant, problem: P
         _runs_frame(key, learner, scenario.n_episodes),
         _weights_frame(key, learner),
         _paths_frame(key, paths),
-        _frame("times", key, agents=[variant.n_agents], seconds=[seconds]),
+        _frame("times", key, agents=[variant.n_agents], seconds=[seconds], step_seconds=[learner.step_seconds]),
     )
 
 

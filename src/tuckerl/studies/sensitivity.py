@@ -54,7 +54,7 @@ class Alternative:
     parameters: Mapping[str, Any] = field(default_factory=dict)  # of the learner
     step: Mapping[str, Any] = field(default_factory=dict)  # of the tensor step
     problem: Callable[[int], Environment] | None = None
-    several: int = 3
+    several: int | None = None  # agents, where the default is 3; in robot rescue teams, where it is 1
 
 
 _HOSVD = Alternative("truncated HOSVD", step={"max_iterations": 0})
@@ -97,6 +97,8 @@ ALTERNATIVES: dict[str, tuple[Alternative, ...]] = {
         Alternative("traces carried over", {"carry_trace": True}),
         Alternative("first tie", {"ties": "first"}),
         _HOSVD,
+        Alternative("2 teams", several=2),
+        Alternative("3 teams", several=3),
     ),
 }
 
@@ -150,7 +152,8 @@ def _scenario(scenario: Scenario, alternative: Alternative, runs: int | None) ->
         parameters={**scenario.family.parameters, **alternative.parameters},
         step=replace(scenario.family.step, **alternative.step),
     )
-    made = make(family, alternative.problem or scenario.problem, alternative.several)
+    several = {} if alternative.several is None else {"several": alternative.several}
+    made = make(family, alternative.problem or scenario.problem, **several)
     compared = {n for c in made.comparisons for n in (c.base, c.candidate, c.control)}
     n_runs = min(scenario.n_runs, N_RUNS[scenario.name]) if runs is None else runs
     return replace(

@@ -17,7 +17,7 @@ import polars as pl
 
 import tuckerl
 from tuckerl._version import __version__
-from tuckerl.errors import OutputConflictError, OutputError, SavedFileError
+from tuckerl.errors import OutputConflictError, OutputError, SavedFileError, TuckerlError
 from tuckerl.files import write_whole
 from tuckerl.studies.runner import SCHEMAS, Tables, Task
 from tuckerl.studies.study import Study
@@ -55,16 +55,29 @@ class Store:
             raise OutputError(
                 f"cannot make the folder {folder}: {error.strerror}; choose another with --out"
             ) from error
-        difference = self._difference()
+        try:
+            self._open(overwrite)
+        except OSError as error:
+            if isinstance(error, TuckerlError):
+                raise
+            raise OutputError(f"cannot use the folder {folder}: {error}; choose another with --out") from error
+
+    def _open(self, overwrite: bool) -> None:
+        folder, difference = self.folder, self._difference()
         if difference is None:
-            self._tables = self._read()
-            return
+            try:
+                self._tables = self._read()
+                return
+            except SavedFileError:
+                if not overwrite:
+                    raise
         if difference and not overwrite:
             raise OutputConflictError(
                 f"{folder} holds the results of another study ({difference}): choose another folder with --out, or "
                 "replace them with --overwrite"
             )
-        for path in self._paths().values():
+        shown = (folder / "claims.json", folder / "report.html", *(folder / "figures").glob("*.*"))
+        for path in (*self._paths().values(), *shown):  # nothing of the other study may stand beside this one's
             path.unlink(missing_ok=True)
         write_whole(folder / "study.json", json.dumps(self._specification, indent=1).encode())
 
