@@ -44,7 +44,7 @@ WRONG_PARAMETERS: list[tuple[dict[str, Any], type[TuckerlError], str]] = [
     ({"bootstrap_terminal": 1}, ParameterTypeError, "bootstrap_terminal must be True or False; got 1"),
     ({"seed": -1}, ParameterError, "seed must be a whole number of at least 0; got -1"),
     ({"seed": "one"}, ParameterTypeError, "seed .* got 'one'"),
-    ({"lambda_": 0.5}, ParameterTypeError, "QLearning has no parameter 'lambda_'; it takes alpha, gamma"),
+    ({"lambda_": 0.5}, ParameterTypeError, "QLearning has no parameter 'lambda_': it takes alpha, gamma"),
 ]
 
 
@@ -65,6 +65,7 @@ def test_wrong_parameters(parameters: dict[str, Any], error: type[TuckerlError],
         ({"heuristic": [np.inf] * 5}, ProblemError, "not finite"),
         ({"alpha": 0}, ParameterError, "alpha"),
         ({"plans": 3}, ParameterTypeError, "DynaH has no parameter 'plans'"),
+        ({"planing_steps": 3}, ParameterTypeError, "'planing_steps': did you mean 'planning_steps'"),
     ],
 )
 def test_wrong_parameters_of_dyna_h(parameters: dict[str, Any], error: type[TuckerlError], message: str) -> None:

@@ -74,7 +74,7 @@ class Learner(ABC):
     _teams = False  # whether it plays parallel environments by joint actions
 
     def __init__(self, env: Environment, **parameters: Unpack[LearnerParameters]) -> None:
-        check_known(type(self).__name__, parameters)
+        check_known(type(self), parameters)
         self.alpha = check_real("alpha", parameters.get("alpha", 0.1), 0.0, 1.0, low_open=True)
         self.gamma = check_real("gamma", parameters.get("gamma", 0.95), 0.0, 1.0)
         self.epsilon = check_real("epsilon", parameters.get("epsilon", 0.1), 0.0, 1.0)

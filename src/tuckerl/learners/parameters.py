@@ -1,6 +1,8 @@
 """The parameters that all learners take, and checks of those that only learners know."""
 
 from collections.abc import Mapping
+from difflib import get_close_matches
+from inspect import Parameter, signature
 from numbers import Real
 from typing import Any, Literal, TypedDict
 
@@ -29,8 +31,8 @@ class LearnerParameters(TypedDict, total=False):
     seed: Seed
 
 
-def check_known(learner: str, parameters: Mapping[str, object]) -> None:
-    """Refuse parameters that no learner takes.
+def check_known(learner: type, parameters: Mapping[str, object]) -> None:
+    """Refuse parameters that a learner does not take.
 
     Raises
     ------
@@ -39,8 +41,12 @@ def check_known(learner: str, parameters: Mapping[str, object]) -> None:
     """
     unknown = set(parameters) - set(LearnerParameters.__annotations__)
     if unknown:
-        known = ", ".join(LearnerParameters.__annotations__)
-        raise ParameterTypeError(f"{learner} has no parameter {min(unknown)!r}; it takes {known}")
+        name = min(unknown)
+        own = [p.name for p in signature(learner).parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
+        known = [*own, *LearnerParameters.__annotations__]
+        close = get_close_matches(name, known, n=1)
+        hint = f"did you mean {close[0]!r}?" if close else f"it takes {', '.join(known)}"
+        raise ParameterTypeError(f"{learner.__name__} has no parameter {name!r}: {hint}")
 
 
 def check_step(step: object) -> TensorStep | None:
