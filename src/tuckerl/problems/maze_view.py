@@ -9,19 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from tuckerl.problems.maze import Cell, Maze
-from tuckerl.problems.raster import (
-    CELL_BOUNDS,
-    FREE,
-    GRID,
-    LONGER_SIDE,
-    RIM,
-    WALL,
-    Colour,
-    Image,
-    framed,
-    offsets,
-    paint,
-)
+from tuckerl.problems.raster import CELL_BOUNDS, LONGER_SIDE, RIM, Colour, Image, framed, grid, offsets, paint
 
 PATH: Colour = (86, 180, 233)
 START: Colour = (0, 158, 115)
@@ -53,12 +41,7 @@ def draw_maze(maze: Maze, steps: Iterable[tuple[Cell, Cell]], agent: Cell) -> Im
     """Return the picture that `write_maze` writes, (height, width, 3) uint8, with a frame of half a cell."""
     low, high = CELL_BOUNDS
     size = min(max(LONGER_SIDE // max(maze.walls.shape), low), high)
-    image = np.where(maze.walls[:, :, np.newaxis], WALL, FREE).astype(np.uint8)
-    image = image.repeat(size, axis=0).repeat(size, axis=1)
-    free = ~maze.walls.repeat(size, axis=0).repeat(size, axis=1)
-    on_line = np.zeros_like(free)
-    on_line[::size] = on_line[:, ::size] = True
-    image[free & on_line] = GRID
+    image = grid(maze.walls, size)
     for one, other in steps:
         _draw_step(image, size, min(one, other), max(one, other))
     x, y = offsets(size)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tuckerl.types import FloatArray
+from tuckerl.types import BoolArray, FloatArray
 
 Image = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -16,6 +16,17 @@ RIM: Colour = (255, 255, 255)
 LONGER_SIDE = 640
 """Pixels that a picture's longer side has about, unless its cells would leave the bounds below."""
 CELL_BOUNDS = (6, 48)
+
+
+def grid(blocked: BoolArray, size: int) -> Image:
+    """Return the picture of a grid's cells, `size` pixels each: walls where `blocked`, lines between free cells."""
+    image = np.where(blocked[:, :, np.newaxis], WALL, FREE).astype(np.uint8)
+    image = image.repeat(size, axis=0).repeat(size, axis=1)
+    free = ~blocked.repeat(size, axis=0).repeat(size, axis=1)
+    on_line = np.zeros_like(free)
+    on_line[::size] = on_line[:, ::size] = True
+    image[free & on_line] = GRID
+    return image
 
 
 def offsets(size: int) -> tuple[FloatArray, FloatArray]:

@@ -7,19 +7,7 @@ joins a robot that grips with the object.
 
 import numpy as np
 
-from tuckerl.problems.raster import (
-    CELL_BOUNDS,
-    FREE,
-    GRID,
-    LONGER_SIDE,
-    RIM,
-    WALL,
-    Colour,
-    Image,
-    framed,
-    offsets,
-    paint,
-)
+from tuckerl.problems.raster import CELL_BOUNDS, LONGER_SIDE, RIM, Colour, Image, framed, grid, offsets, paint
 from tuckerl.problems.robot_rescue import NOT_GRIPPING, Scene
 from tuckerl.problems.robot_rescue_map import FREE as FREE_MARK
 from tuckerl.problems.robot_rescue_map import HOME, OBJECT, OBSTACLE, ROBOTS, RescueMap
@@ -46,12 +34,7 @@ def write_rescue(world: RescueMap, scene: Scene) -> str:
 def draw_rescue(world: RescueMap, scene: Scene) -> Image:
     """Return the picture of a scene, (height, width, 3) uint8, with a frame of half a cell."""
     size = min(max(LONGER_SIDE // max(world.rows, world.columns), SMALLEST_CELL), CELL_BOUNDS[1])
-    image = np.where(world.obstacles[:, :, np.newaxis], WALL, FREE).astype(np.uint8)
-    image = image.repeat(size, axis=0).repeat(size, axis=1)
-    free = ~world.obstacles.repeat(size, axis=0).repeat(size, axis=1)
-    on_line = np.zeros_like(free)
-    on_line[::size] = on_line[:, ::size] = True
-    image[free & on_line] = GRID
+    image = grid(world.obstacles, size)
     x, y = offsets(size)
     for row, column in np.argwhere(world.homes):
         paint(image, size, (int(row), int(column)), np.abs(_house(x, y)) - 0.045, HOUSE)
