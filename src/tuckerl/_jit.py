@@ -2,8 +2,8 @@
 
 Kernels release the GIL, keep the order of floating-point operations (no ``fastmath``: the slow twins in the tests
 must agree to the last bits) and are cached on disk. Numba's cache notices a change in a kernel's own file but not in
-the kernels that it calls, so the cache folder's name carries a hash of all the package's sources: an edit anywhere
-starts a fresh folder.
+the kernels that it calls, so the cache folder's name carries a hash of the sources of all layers that have kernels: an
+edit in any of them starts a fresh folder.
 """
 
 import functools
@@ -24,12 +24,16 @@ from numba.extending import overload
 
 from tuckerl.errors import SimulatorError
 
+_WITHOUT_KERNELS = ("testing", "studies", "reports", "cli")  # the layers above
+
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 
 def _source_hash(package: Path) -> str:
     digest = hashlib.sha256()
     for source in sorted(package.rglob("*.py")):
+        if source.relative_to(package).parts[0] in _WITHOUT_KERNELS:
+            continue
         digest.update(source.relative_to(package).as_posix().encode() + b"\0")
         digest.update(source.read_bytes() + b"\0")
     return digest.hexdigest()[:16]

@@ -37,6 +37,30 @@ class SimulatorError(ProblemError):
     """A simulator's function does not compile, or returned an impossible state or number."""
 
 
+class SpaceError(ProblemError):
+    """A space cannot be numbered: it is continuous and has no bins, unbounded, or of an unknown kind."""
+
+
+class ObservationError(TuckerlError, ValueError):
+    """An observation does not lie in the space that it should come from."""
+
+
+class EnvironmentFaultError(TuckerlError, RuntimeError):
+    """An environment raised an error or returned something impossible while a learner was stepping it."""
+
+
+class TableSizeError(ProblemError, MemoryError):
+    """A table has more entries than the machine has memory for."""
+
+
+class ProblemCheckError(TuckerlError, AssertionError):
+    """A problem breaks a promise that learners rely on."""
+
+
+class LearnerCheckError(TuckerlError, AssertionError):
+    """A learner breaks a promise that its users rely on."""
+
+
 class SavedFileError(TuckerlError, ValueError):
     """A file is truncated, damaged, of another kind or of a newer version."""
 
@@ -59,6 +83,10 @@ class RankWarning(UserWarning):
 
 class ZeroWeightWarning(UserWarning):
     """An action weight is zero: that action does not learn while it lasts."""
+
+
+class StepCapWarning(UserWarning):
+    """An episode of an environment without a time limit was cut off."""
 
 
 class DivergenceWarning(RuntimeWarning):

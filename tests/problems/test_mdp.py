@@ -36,7 +36,7 @@ def test_one_outcome_each() -> None:
     assert np.asarray(mdp.heuristic).tolist() == [2, 0]
     assert repr(mdp) == "TabularMDP(2 states, 2 actions, 4 outcomes, max_episode_steps=7)"
     dtypes = [a.dtype for a in arrays if isinstance(a, np.ndarray)]
-    assert dtypes == [np.uint32, np.float64, np.bool_, np.int64, np.float64, np.uint32, np.float64]
+    assert dtypes == [np.uint32, np.float64, np.bool_, np.int64, np.float64, np.uint32, np.float64, np.bool_]
 
 
 def test_several_outcomes_and_those_of_probability_0_dropped() -> None:

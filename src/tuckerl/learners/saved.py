@@ -101,7 +101,8 @@ def problem_parts(problem: Problem) -> tuple[Header, Arrays]:
     header = {name: part for name, part in parts.items() if name not in arrays}
     if problem.heuristic is not None:
         arrays["heuristic"] = problem.heuristic
-    return header | {"n_states": problem.n_states, "action_sizes": list(problem.action_sizes)}, arrays
+    own = {"n_states": problem.n_states, "action_sizes": list(problem.action_sizes), "layout": problem.layout}
+    return header | own, arrays
 
 
 def restored_problem(header: Header, arrays: Arrays, env: Environment | None, path: Path) -> Problem:
@@ -117,9 +118,17 @@ def restored_problem(header: Header, arrays: Arrays, env: Environment | None, pa
     if "simulator" not in header:
         if env is not None:
             raise ParameterError(f"{path} holds all of its problem: load it without env")
-        parts = header | arrays
+        no_masks = np.zeros((0, 0), dtype=np.bool_)  # of which format 1 knew nothing
+        parts: dict[str, Any] = {"forbidden": no_masks} | header | arrays
         mdp = MDPArrays(**{name: parts[name] for name in MDPArrays._fields})
-        return TabularMDP.from_arrays(mdp, header["n_states"], arrays.get("heuristic"), tuple(header["action_sizes"]))
+        layout = header.get("layout")
+        return TabularMDP.from_arrays(
+            mdp,
+            header["n_states"],
+            arrays.get("heuristic"),
+            tuple(header["action_sizes"]),
+            None if layout is None else (layout[0], layout[1]),
+        )
     if env is None:
         raise SavedFileError(f"{path} was learned on a simulator, whose functions no file holds: pass load() its env")
     problem = as_problem(env)

@@ -124,6 +124,7 @@ class Maze:
             start=self.state(self.start),
             max_episode_steps=max_episode_steps,
             heuristic=self.heuristic(),
+            layout=(self.rows, self.columns),
         )
 
     def _neighbours(self, cell: Cell) -> list[Cell]:

@@ -19,6 +19,9 @@ from tuckerl.types import BoolArray, FloatArray, IntArray, StateArray
 NO_LIMIT = np.iinfo(np.int64).max
 SUM_TOLERANCE = 1e-8
 
+Layout = tuple[int, int]
+"""(rows, columns) of a grid whose cells are the states, row by row."""
+
 
 class MDPArrays(NamedTuple):
     """What kernels read of an MDP with S states, A actions and M outcomes in all.
@@ -35,6 +38,7 @@ class MDPArrays(NamedTuple):
     cumulative: FloatArray  # (M,) or (0,)
     start_state: StateArray  # (K,)
     start_cumulative: FloatArray  # (K,)
+    forbidden: BoolArray  # (S, A) True where an action may not be taken, or (0, 0) where all may
     n_actions: int
     max_episode_steps: int  # NO_LIMIT where there is none
 
@@ -60,12 +64,17 @@ class TabularMDP:
     action_sizes : tuple of int, optional
         Where an action is a joint one: how many actions each agent has. Joint actions are numbered by C-order
         ``ravel_multi_index`` over the agents. Default: one agent, ``(A,)``.
+    action_mask : (S, A) bool, optional
+        True where an action may be taken: learners choose among those only. A state in which none may is one in which
+        all may. Default: all.
+    layout : (rows, columns), optional
+        Where the states are the cells of a grid, row by row: how pictures show them.
 
     Raises
     ------
     ProblemError
-        If shapes differ, a state is out of range, a number is not finite, probabilities do not sum to 1 or the
-        sizes' product is not A.
+        If shapes differ, a state is out of range, a number is not finite, probabilities do not sum to 1, the
+        sizes' product is not A or the layout's is not S.
 
     Examples
     --------
@@ -85,6 +94,8 @@ class TabularMDP:
         max_episode_steps: int | None = None,
         heuristic: ArrayLike | None = None,
         action_sizes: Sequence[int] | None = None,
+        action_mask: ArrayLike | None = None,
+        layout: Layout | None = None,
     ) -> None:
         states, rewards, ends = (
             _array("next_state", next_state),
@@ -98,6 +109,7 @@ class TabularMDP:
         limit = _limit(max_episode_steps)
         self.max_episode_steps = None if limit == NO_LIMIT else limit
         self.heuristic = None if heuristic is None else check_heuristic(heuristic, self.n_states)
+        self.layout = check_layout(layout, self.n_states)
         kept, offsets, cumulative = _outcomes(states, probability)
         arrays = MDPArrays(
             next_state=states[kept].astype(np.uint32),
@@ -107,6 +119,7 @@ class TabularMDP:
             cumulative=cumulative,
             start_state=start_state,
             start_cumulative=start_cumulative,
+            forbidden=_forbidden(action_mask, states.shape[:2]),
             n_actions=self.n_actions,
             max_episode_steps=limit,
         )
@@ -119,6 +132,7 @@ class TabularMDP:
         n_states: int,
         heuristic: FloatArray | None = None,
         action_sizes: Sequence[int] | None = None,
+        layout: Layout | None = None,
     ) -> "TabularMDP":
         """Return the MDP whose `arrays` were taken from another one (they are not checked again)."""
         mdp = cls.__new__(cls)
@@ -126,7 +140,7 @@ class TabularMDP:
         mdp.action_sizes = _action_sizes(action_sizes, arrays.n_actions)
         limit = arrays.max_episode_steps
         mdp.max_episode_steps = None if limit == NO_LIMIT else limit
-        mdp.heuristic = heuristic
+        mdp.heuristic, mdp.layout = heuristic, layout
         mdp.arrays = _read_only(arrays)
         return mdp
 
@@ -137,7 +151,7 @@ class TabularMDP:
     def with_time_limit(self, max_episode_steps: int | None) -> "TabularMDP":
         """Return the same MDP (sharing its arrays) with another limit on an episode's steps."""
         arrays = self.arrays._replace(max_episode_steps=_limit(max_episode_steps))
-        return TabularMDP.from_arrays(arrays, self.n_states, self.heuristic, self.action_sizes)
+        return TabularMDP.from_arrays(arrays, self.n_states, self.heuristic, self.action_sizes, self.layout)
 
     def __repr__(self) -> str:
         return (
@@ -162,6 +176,35 @@ def check_heuristic(heuristic: ArrayLike, n_states: int) -> FloatArray:
         )
     values.flags.writeable = False
     return values
+
+
+def check_layout(layout: Layout | None, n_states: int) -> Layout | None:
+    """Return `layout` as (rows, columns) of a grid of `n_states` cells, or None.
+
+    Raises
+    ------
+    ProblemError
+        If it has another number of cells.
+    """
+    if layout is None:
+        return None
+    rows, columns = (check_int("each of layout", size, 1) for size in layout)
+    if rows * columns != n_states:
+        raise ProblemError(f"layout must be (rows, columns) of {n_states} cells; got {layout}")
+    return rows, columns
+
+
+def _forbidden(action_mask: ArrayLike | None, shape: tuple[int, ...]) -> BoolArray:
+    """Return where actions may not be taken; (0, 0) where they all may."""
+    if action_mask is None:
+        return np.zeros((0, 0), dtype=np.bool_)
+    allowed = _array("action_mask", action_mask)
+    if allowed.dtype.kind != "b":
+        raise ParameterTypeError(f"action_mask must hold {_KINDS['b']}; got dtype {allowed.dtype}")
+    if allowed.shape != shape:
+        raise ProblemError(f"action_mask must have the shape (S, A), {shape}; got {allowed.shape}")
+    forbidden: BoolArray = ~allowed & allowed.any(axis=1, keepdims=True)
+    return forbidden if forbidden.any() else np.zeros((0, 0), dtype=np.bool_)
 
 
 def _array(name: str, values: ArrayLike) -> NDArray[Any]:

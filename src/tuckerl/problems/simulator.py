@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from tuckerl._jit import compiled_function
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterTypeError, ProblemError, SimulatorError
-from tuckerl.problems.mdp import NO_LIMIT, MDPArrays, check_heuristic
+from tuckerl.problems.mdp import NO_LIMIT, Layout, MDPArrays, check_heuristic, check_layout
 from tuckerl.types import FloatArray, Stream
 
 Reset = Callable[[FloatArray, FloatArray, Stream], None]
@@ -83,6 +83,8 @@ class Simulator:
         An episode is truncated after as many steps; default: never.
     heuristic : (n_states,) float, optional
         What ``DynaH`` uses by default.
+    layout : (rows, columns), optional
+        Where the states are the cells of a grid, row by row: how pictures show them.
 
     Attributes
     ----------
@@ -124,6 +126,7 @@ class Simulator:
         parameters: ArrayLike = (),
         max_episode_steps: int | None = None,
         heuristic: ArrayLike | None = None,
+        layout: Layout | None = None,
     ) -> None:
         self.functions = Functions(reset, step, index)
         _check_functions(self.functions)
@@ -133,6 +136,7 @@ class Simulator:
         self.parameters = _check_parameters(parameters)
         self.max_episode_steps = _check_limit(max_episode_steps)
         self.heuristic = None if heuristic is None else check_heuristic(heuristic, self.n_states)
+        self.layout = check_layout(layout, self.n_states)
 
     @cached_property
     def _compiled(self) -> tuple[Any, ...]:
