@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tuckerl.learners.sarsa import Sarsa
     from tuckerl.learners.sarsa_lambda import SarsaLambda
     from tuckerl.learners.team_q import TeamQ
+    from tuckerl.problems.bins import quantile_edges
     from tuckerl.problems.cart_pole import cart_pole
     from tuckerl.problems.maze import Maze, random_maze, sutton_maze
     from tuckerl.problems.mdp import TabularMDP
@@ -48,6 +49,7 @@ __all__ = [
     "errors",
     "fold",
     "mode_product",
+    "quantile_edges",
     "random_maze",
     "robot_rescue",
     "sutton_maze",
@@ -70,6 +72,7 @@ _HOMES = {
     "cart_pole": "problems.cart_pole",
     "fold": "tensor",
     "mode_product": "tensor",
+    "quantile_edges": "problems.bins",
     "random_maze": "problems.maze",
     "robot_rescue": "problems.robot_rescue",
     "sutton_maze": "problems.maze",
