@@ -111,7 +111,7 @@ def _length(entries: Any) -> int:
 def _entry(entries: Any, key: int) -> Any:
     """Return an entry, or None without one; a `defaultdict` must not grow by being asked."""
     if isinstance(entries, Mapping):
-        return entries[key] if key in entries else None  # noqa: SIM401  # not all mappings have get
+        return entries.get(key)
     return entries[key] if key < _length(entries) else None
 
 
