@@ -5,9 +5,9 @@ from importlib import import_module
 from typing import Any, Protocol
 
 import gymnasium
-import pettingzoo  # type: ignore[import-untyped]  # it publishes no type information
+import pettingzoo
 from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
-from pettingzoo.utils import BaseParallelWrapper  # type: ignore[import-untyped]
+from pettingzoo.utils import BaseParallelWrapper
 
 from tuckerl.checks import check_name
 from tuckerl.errors import ParameterTypeError, ProblemError, UnknownNameError
