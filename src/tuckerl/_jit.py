@@ -159,7 +159,7 @@ _config: Any = numba_config
 _INTERPRETED = bool(_config.DISABLE_JIT)
 if _INTERPRETED:
 
-    def call_python(address: int, argument: int) -> int:  # noqa: F811
+    def call_python(address: int, argument: int) -> int:
         """Call a Python function as a kernel does."""
         return int(_Callback(address)(argument))
 

@@ -86,9 +86,7 @@ def evaluate(problem: Problem, q: FloatArray, episodes: int, sequence: np.random
     return Evaluation(returns.T.copy(), steps.T.copy(), float(values.mean()), low, high)
 
 
-def _follower(
-    table: FloatArray, world: World, place: int, steps: IntArray, returns: FloatArray, rng: Any
-) -> Agent:
+def _follower(table: FloatArray, world: World, place: int, steps: IntArray, returns: FloatArray, rng: Any) -> Agent:
     n_episodes, n_actions = steps.size, table.shape[1]
     zeros = np.zeros(n_episodes)
     return Agent(

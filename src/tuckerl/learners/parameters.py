@@ -19,7 +19,6 @@ from tuckerl.problems.players import PlayersProblem
 from tuckerl.problems.resolve import Problem
 from tuckerl.types import FloatArray, Seed
 
-
 PLAIN_PARAMETERS = ("alpha", "gamma", "epsilon", "epsilon_decay", "ties", "n_agents", "bootstrap_terminal", "lift")
 """Those that a saved file holds as JSON."""
 

@@ -47,7 +47,9 @@ def predict(
         joint = _of_agents(observation, problem.members)
         actions = predict(problem, q, forbidden, joint, epsilon, rng)
         return dict(zip(problem.members, actions, strict=True))
-    return _by_coding(problem.read, problem.observations, problem.actions, q[0], forbidden[0], observation, epsilon, rng)
+    return _by_coding(
+        problem.read, problem.observations, problem.actions, q[0], forbidden[0], observation, epsilon, rng
+    )
 
 
 def _by_player(

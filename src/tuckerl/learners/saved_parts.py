@@ -47,9 +47,7 @@ def _edges_of(problem: SteppedProblem | PlayersProblem) -> Arrays:
     return arrays
 
 
-def restored_problem(
-    header: Header, arrays: Arrays, env: Environment | None, path: Path, reading: Reading
-) -> Problem:
+def restored_problem(header: Header, arrays: Arrays, env: Environment | None, path: Path, reading: Reading) -> Problem:
     """Return the problem that `problem_parts` took apart; one that is code, from the environment that is given.
 
     Raises

@@ -176,7 +176,7 @@ class Tables(ABC):
             If the environment cannot be copied.
         """
         sequence = child(self._sequence, _EVALUATION_STREAM) if seed is None else seed_sequence(seed)
-        return evaluate(self.problem, self._q, check_int("episodes", episodes, 1), sequence, self._worlds)
+        return evaluate(self.problem, self._q, check_int("episodes", episodes, 1), sequence)
 
     def __repr__(self) -> str:
         parameters = self._parameters() | {"tensor_step": self.tensor_step}

@@ -158,9 +158,7 @@ reset = by_kind({MDPArrays: _reset_table, SimulatorArrays: _reset_simulator, Ste
 step = by_kind({MDPArrays: _step_table, SimulatorArrays: _step_simulator, SteppedArrays: _step_stepped})
 """``step(world, state, action, rng)`` returns the next state, the reward and whether the return ends there."""
 
-out_of_time = by_kind(
-    {MDPArrays: _table_is_late, SimulatorArrays: _simulator_is_late, SteppedArrays: _stepped_is_late}
-)
+out_of_time = by_kind({MDPArrays: _table_is_late, SimulatorArrays: _simulator_is_late, SteppedArrays: _stepped_is_late})
 """``out_of_time(world, steps)`` returns whether the episode is truncated after so many steps."""
 
 halted = by_kind(

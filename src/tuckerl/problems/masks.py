@@ -64,6 +64,12 @@ class MaskReader:
         if self._in_observation:
             self._check_maskable()
 
+    def part(self, observation: Any) -> Any:
+        """Return an observation, or a batch of them, without the mask that may lie beside it."""
+        if self._in_observation and isinstance(observation, Mapping) and "observation" in observation:
+            return observation["observation"]
+        return observation
+
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> tuple[Any, BoolArray | None]:
         """Return the observation without its mask, and the mask.
 

@@ -12,7 +12,6 @@ from tuckerl._jit import call_python, kernel, python_callback
 from tuckerl.errors import ProblemError
 from tuckerl.interrupts import is_impatient
 from tuckerl.problems.coding import Coding, coding
-from tuckerl.problems.stepped import Edges, read_coding
 from tuckerl.problems.masks import MaskReader
 from tuckerl.problems.mdp import Layout
 from tuckerl.problems.python_world import (
@@ -24,6 +23,7 @@ from tuckerl.problems.python_world import (
     Environments,
     PythonWorld,
 )
+from tuckerl.problems.stepped import Edges, read_coding
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 _BEGIN, _STEP = 0, 1

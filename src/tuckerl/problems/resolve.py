@@ -72,13 +72,13 @@ class Reading:
     reward: str = "mean"
 
 
-def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # noqa: B008  # it is frozen
+def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it is frozen
     """Return what kernels play of `env`.
 
     A problem of this library is played as it is. An environment is *lifted* into arrays or compiled functions where it
-    carries its own: as an attribute ``mdp`` or ``simulator``, or, as Gymnasium's toy-text environments do, as ``P`` with
-    ``initial_state_distrib``. Only wrappers that change nothing may stand around it: Gymnasium's checker, its order
-    enforcer and its time limit, which is taken over. Every other environment is stepped in Python.
+    carries its own: as an attribute ``mdp`` or ``simulator``, or, as Gymnasium's toy-text environments do, as ``P``
+    with ``initial_state_distrib``. Only wrappers that change nothing may stand around it: Gymnasium's checker, its
+    order enforcer and its time limit, which is taken over. Every other environment is stepped in Python.
 
     Parameters
     ----------
