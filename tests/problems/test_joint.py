@@ -173,11 +173,11 @@ def test_agents_may_come_later_if_they_were_observed() -> None:
             result = super().step(actions)
             if self.clock == 1:
                 self.agents.append("b")
-                result[0]["b"] = 0
+                result[0]["b"] = 1
             return result
 
     env = started(Late((3, 3)), "sum")
-    assert [env.step((1, 1))[:2] for _ in range(3)] == [((1, 0), 2.0), ((2, 2), 22.0), ((3, 3), 22.0)]
+    assert [env.step((1, 1))[:2] for _ in range(3)] == [((1, 1), 2.0), ((2, 2), 22.0), ((3, 3), 22.0)]
     assert env.env.received == [{"a": 1}, {"a": 1, "b": 1}, {"a": 1, "b": 1}]
 
 
@@ -408,7 +408,7 @@ def change(result: tuple[dict[str, Any], ...], part: int, agent: str) -> tuple[d
 
 
 def test_environments_that_break_the_rules_at_reset_are_refused() -> None:
-    env = JointEnv(Meeting())
+    env = started(Meeting())
     original = env.env.reset
     env.env.reset = lambda **given: change(original(**given), 0, "east")
     with pytest.raises(ProblemError, match=r"must return an observation of every agent .*; it returned none of east"):

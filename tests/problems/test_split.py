@@ -118,7 +118,8 @@ def test_every_agent_is_given_its_part() -> None:
     assert env.observation_space("plus") == Discrete(20)
     assert env.agents == []
     observations, infos = env.reset(options={"numbers": (3, 5)})
-    assert env.agents == ["plus", "binary"]
+    assert env.agents == env.possible_agents == ["plus", "binary"]
+    assert env.agents is not env.possible_agents
     assert plain(observations) == {"plus": 3, "binary": [1, 0, 1, 0, 0]}
     assert infos == {"plus": {"total": 8}, "binary": {"total": 8}}
     observations, rewards, terminated, truncated, infos = env.step({"binary": np.array([2]), "plus": 1})
