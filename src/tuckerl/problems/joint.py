@@ -143,20 +143,18 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
         if not acted:
             raise ResetNeeded("call reset() before step(): no episode is under way")
         observations, rewards, terminations, truncations, infos = self.env.step(self._actions(action))
-        live = self._live_agents()
-        left = [agent for agent in acted if agent not in live]
-        over = [agent for agent in live if terminations.get(agent) or truncations.get(agent)]
-        if over:
-            raise ProblemError(
-                f"{over[0]} has terminated or was truncated: {self.env} must take it out of its `agents`"
-            )
-        self._live = live
+        self._live = live = self._live_agents()
+        for agent in live:
+            if terminations.get(agent) or truncations.get(agent):
+                raise ProblemError(
+                    f"{agent} has terminated or was truncated: {self.env} must take it out of its list `agents`"
+                )
         self._see((*acted, *(agent for agent in live if agent not in acted)), observations, infos)
         reward = self._reward(acted, rewards)
         if live:
             return self._observation(), reward, False, False, self._info(infos, live)
-        cut = [agent for agent in left if truncations.get(agent)]
-        terminated = not cut or all(terminations.get(agent) for agent in left)
+        cut = [agent for agent in acted if truncations.get(agent)]
+        terminated = not cut or all(terminations.get(agent) for agent in acted)
         choosers = [agent for agent in cut if not terminations.get(agent)]
         return self._observation(), reward, terminated, bool(cut), self._info(infos, choosers)
 

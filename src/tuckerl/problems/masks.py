@@ -48,6 +48,7 @@ class MaskReader:
     Examples
     --------
     >>> from gymnasium.spaces import Discrete
+    >>> from tuckerl.problems.masks import MaskReader
     >>> read = MaskReader(Discrete(500), Discrete(3))
     >>> read(17, {"action_mask": [1, 0, 1]})
     (17, array([ True, False,  True]))

@@ -65,10 +65,11 @@ class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any 
             raise ParameterTypeError(f"env must be a Gymnasium environment; got {env!r}")
         self.env = env
         observed, acted = _parts(env)
-        self._told_as = list(getattr(env.unwrapped, "possible_agents", ()))
-        if len(self._told_as) != len(acted):
-            self._told_as = [f"agent_{place}" for place in range(len(acted))]
-        self.possible_agents = self._told_as[:] if agents is None else _check_names(agents, len(acted))
+        told_as = tuple(getattr(env.unwrapped, "possible_agents", ()))
+        if len(told_as) != len(acted):
+            told_as = tuple(f"agent_{place}" for place in range(len(acted)))
+        self._told_as = told_as  # the names that the agents have in the infos of `env`
+        self.possible_agents = list(told_as) if agents is None else _check_names(agents, len(acted))
         self.agents: list[str] = []
         self.observation_spaces: dict[str, Space] = dict(zip(self.possible_agents, observed, strict=True))
         self.action_spaces: dict[str, Space] = dict(zip(self.possible_agents, acted, strict=True))
