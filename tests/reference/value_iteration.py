@@ -48,14 +48,15 @@ def model_of(mdp: TabularMDP) -> Model:
 def action_values(model: Model, values: FloatArray, gamma: float) -> FloatArray:
     """What each pair is worth where states are worth `values`, (S, A); minus infinity where it is forbidden."""
     q: FloatArray = model.reward + gamma * model.transition @ values
-    return np.where(model.allowed, q, -np.inf)
+    allowed: FloatArray = np.where(model.allowed, q, -np.inf)
+    return allowed
 
 
 def optimal_values(model: Model, gamma: float, tolerance: float = 1e-11) -> FloatArray:
     """Value iteration, (S,)."""
     values = np.zeros(model.start.size)
     while True:
-        better = action_values(model, values, gamma).max(axis=1)
+        better: FloatArray = action_values(model, values, gamma).max(axis=1)
         if np.abs(better - values).max() <= tolerance:
             return better
         values = better
@@ -65,13 +66,13 @@ def policy_values(model: Model, policy: IntArray, gamma: float) -> FloatArray:
     """The values of taking action ``policy[s]`` in s, (S,): the solution of V = r + gamma P V."""
     states = np.arange(model.start.size)
     steps = np.eye(states.size) - gamma * model.transition[states, policy]
-    values: FloatArray = np.linalg.solve(steps, model.reward[states, policy])
-    return values
+    return np.linalg.solve(steps, model.reward[states, policy]).astype(np.float64, copy=False)
 
 
 def greedy_policy(model: Model, q: FloatArray) -> IntArray:
     """The first of the largest allowed entries of each row, (S,)."""
-    return np.where(model.allowed, q, -np.inf).argmax(axis=1)
+    policy: IntArray = np.where(model.allowed, q, -np.inf).argmax(axis=1)
+    return policy
 
 
 def regret(model: Model, q: FloatArray, gamma: float) -> float:
