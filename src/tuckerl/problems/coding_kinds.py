@@ -288,7 +288,7 @@ class ProductCoding(Coding):
 
     def _encode_with_care(self, value: Any) -> int:
         """Encode what the encoder gave up on: another kind of sequence or mapping, or something wrong."""
-        if self._keys is None and isinstance(value, (list, np.ndarray)) and np.ndim(value) > 0:
+        if self._keys is None and (isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim > 0)):
             value = tuple(value)
         parts = self._parts_of(value)
         if parts is None:
