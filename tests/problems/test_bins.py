@@ -90,6 +90,9 @@ def test_actions_and_environment_have_seeds_of_their_own_and_no_global_one() -> 
     assert env.seeds[0] is not None
     assert set(env.seeds[1:]) == {None}
     assert len(set(env.actions)) == 10
+    even = np.array([1, 0] * 5, np.int8)
+    twin = Discrete(10, seed=env.seeds[0])
+    assert env.actions != [int(twin.sample(even if i % 4 == 0 else None)) for i in range(50)]
 
 
 def test_masked_actions_are_not_taken() -> None:

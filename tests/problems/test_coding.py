@@ -252,7 +252,7 @@ def test_middles_of_bins() -> None:
     outer = coding(Box(-np.inf, np.inf, (1,), np.float64), [[2.0, 3.0]])
     assert [outer.decode(i).item() for i in range(3)] == [np.nextafter(2.0, 0.0), 2.5, 3.0]
     assert coding(Box(-np.inf, np.inf, (1,)), [1]).decode(0).tolist() == [0.0]
-    whole = coding(Box(0, 1000, (1,), np.int32), [[1.5, 2.5, 100.0]])
+    whole = coding(Box(0, 1000, (1,), np.int32), [[1.5, 2.4, 100.0]])
     assert [whole.decode(i).tolist() for i in range(4)] == [[0], [2], [51], [550]]
     assert whole.decode(0).dtype == np.int32
 
@@ -289,6 +289,8 @@ def test_huge_products_are_exact() -> None:
         bits.decode(2**1000)
     with pytest.raises(ParameterError, match=r"code of observation must be below about 10\^50977; got about"):
         image.decode(image.n)
+    with pytest.raises(SpaceError, match="too many for int64"):
+        coding(MultiBinary(64)).encode_many(np.zeros((1, 64), np.int8))
     largest = coding(MultiBinary(63))
     assert largest.encode_many(np.ones((1, 63), np.int8)).tolist() == [2**63 - 1]
 
@@ -474,8 +476,13 @@ def test_dimensions_without_bounds_need_edges() -> None:
     with pytest.raises(SpaceError, match="in dimension 3: give edges"):
         coding(space, [1, 1, 6, 12])
     assert coding(space, [1, 1, 6, [-1.0, 1.0]]).sizes == (1, 1, 6, 3)
-    with pytest.raises(SpaceError, match="in dimension 0: "):
-        coding(Box(-np.inf, np.inf, (1,), np.int32), 3)
+    for low, high in ((-np.inf, 0), (0, np.inf), (-np.inf, np.inf)):
+        with pytest.raises(SpaceError, match="in dimension 0: "):
+            coding(Box(low, high, (1,), np.int32), 3)
+    for low, high in ((-1.1e30, 0), (0, 1.1e30)):
+        with pytest.raises(SpaceError, match="in dimension 0: "):
+            coding(Box(low, high, (1,), np.float64), 3)
+    assert coding(Box(-1e30, 1e30, (1,), np.float64), 2).edges[0].tolist() == [0.0]
 
 
 BOX = Box(0, 1, (2,))
