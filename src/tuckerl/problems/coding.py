@@ -124,7 +124,7 @@ def _bins_of_parts(space: gymnasium.Space[Any], bins: Bins | None, what: str) ->
         return dict.fromkeys(parts)
     if _n_dimensions(space) == 0:
         raise ParameterError(f"{what} {space} has no Box to cut into bins, so bins must be None; got {bins!r}")
-    if isinstance(bins, Integral):
+    if isinstance(bins, Integral) and not isinstance(bins, bool):
         return {key: bins if _n_dimensions(part) else None for key, part in parts.items()}
     if isinstance(space, Dict):
         if not isinstance(bins, Mapping):

@@ -2,7 +2,8 @@
 
 Each is a closure over plain numbers and lists. It answers for what members usually look like, and hands all else to
 `with_care`, which numbers it slowly or says what is wrong with it. NumPy's scalars compare ten times slower than
-Python's numbers, so arrays become lists first; a float32 becomes the float64 of the same value on the way.
+Python's numbers, so arrays become lists first; a float32 becomes the float64 of the same value on the way. The lengths
+of what is zipped are known to be equal, and asking ``zip`` to be strict would take longer than encoding a digit.
 """
 
 from bisect import bisect_right
@@ -30,12 +31,14 @@ def number_encoder(low: int, size: int, with_care: Encoder) -> Encoder:
 
 def array_encoder(lows: Sequence[int], sizes: Sequence[int], shape: tuple[int, ...], with_care: Encoder) -> Encoder:
     """Return the encoder of arrays of whole numbers, or of bools."""
+    flat = len(shape) == 1
 
     def encode(value: Any) -> int:
         code = 0
         try:
             if value.shape == shape and value.dtype.kind in "biu":
-                for number, low, size in zip(value.ravel().tolist(), lows, sizes, strict=True):
+                numbers = value.tolist() if flat else value.ravel().tolist()
+                for number, low, size in zip(numbers, lows, sizes):  # noqa: B905  # see above
                     digit = number - low
                     if not 0 <= digit < size:
                         break
@@ -55,7 +58,7 @@ def plane_encoder(rows: list[float], columns: list[float], with_care: Encoder) -
 
     def encode(value: Any) -> int:
         try:
-            if value.shape == (2,):
+            if value.shape == (2,) and value.dtype.kind in "biuf":
                 x, y = value.tolist()
                 if x == x and y == y:  # not NaN, which would be found above all edges
                     return bisect_right(rows, x) * n_columns + bisect_right(columns, y)
@@ -70,12 +73,14 @@ def bin_encoder(
     edges: Sequence[list[float]], sizes: Sequence[int], shape: tuple[int, ...], with_care: Encoder
 ) -> Encoder:
     """Return the encoder of arrays by the edges of each dimension."""
+    flat = len(shape) == 1
 
     def encode(value: Any) -> int:
         code = 0
         try:
-            if value.shape == shape:
-                for number, places, size in zip(value.ravel().tolist(), edges, sizes, strict=True):
+            if value.shape == shape and value.dtype.kind in "biuf":
+                numbers = value.tolist() if flat else value.ravel().tolist()
+                for number, places, size in zip(numbers, edges, sizes):  # noqa: B905  # see above
                     if number != number:  # NaN
                         break
                     code = code * size + bisect_right(places, number)
@@ -96,7 +101,7 @@ def tuple_encoder(encoders: Sequence[Encoder], sizes: Sequence[int], with_care: 
         if type(value) is not tuple or len(value) != length:
             return with_care(value)
         code = 0
-        for encode_part, part, size in zip(encoders, value, sizes, strict=True):
+        for encode_part, part, size in zip(encoders, value, sizes):  # noqa: B905  # see above
             code = code * size + encode_part(part)
         return code
 

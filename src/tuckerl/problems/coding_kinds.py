@@ -178,10 +178,8 @@ class ArrayCoding(Coding):
         return array if array.dtype.kind in self._kinds else None
 
     def _refused(self, value: Any) -> ObservationError:
-        space = _shown(self.space)
-        return ObservationError(
-            f"{self._what} must be {self._expected} of shape {self._shape}, as in {space}; got {_shown(value)}"
-        )
+        expected = f"{self._expected} of shape {self._shape}" if self._shape else self._expected.rstrip(",")
+        return ObservationError(f"{self._what} must be {expected}, as in {_shown(self.space)}; got {_shown(value)}")
 
     def _split(self, code: int) -> list[int]:
         digits = []
@@ -288,7 +286,7 @@ class ProductCoding(Coding):
 
     def _encode_with_care(self, value: Any) -> int:
         """Encode what the encoder gave up on: another kind of sequence or mapping, or something wrong."""
-        if self._keys is None and isinstance(value, (list, np.ndarray)) and np.ndim(value) > 0:
+        if self._keys is None and (isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim > 0)):
             value = tuple(value)
         parts = self._parts_of(value)
         if parts is None:
