@@ -17,7 +17,7 @@ from tuckerl.problems import dynamics
 from tuckerl.problems.cart_pole import CartPoleEnv, cart_pole
 from tuckerl.problems.cart_pole_view import CART, GROUND, HEIGHT, POLE, PUSH, SKY, TRACK, WIDTH
 from tuckerl.problems.resolve import as_problem
-from tuckerl.problems.simulator import Simulator, SimulatorArrays, check_world
+from tuckerl.problems.simulator import Simulator, SimulatorArrays
 from tuckerl.rng import seed_sequence, stream
 from tuckerl.types import FloatArray
 
@@ -102,7 +102,7 @@ def test_compiled_trajectories_equal_the_twin(changes: dict[str, float]) -> None
             np.testing.assert_allclose(world.state, slow, rtol=1e-12, atol=1e-12)
             assert reward == pytest.approx(twin.shaped(slow, p), rel=1e-12, abs=1e-12)
             assert (state, failed) == (twin.row(slow, p), twin.row(slow, p) >= 108)
-    check_world(world)
+    world.check()
 
 
 def test_the_first_step_by_hand() -> None:

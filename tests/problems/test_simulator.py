@@ -19,7 +19,7 @@ from tuckerl._jit import kernel
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, SimulatorError
 from tuckerl.problems import dynamics
 from tuckerl.problems.cart_pole import cart_pole
-from tuckerl.problems.simulator import Simulator, SimulatorArrays, check_world
+from tuckerl.problems.simulator import Simulator, SimulatorArrays
 from tuckerl.rng import below, seed_sequence, stream, uniform
 from tuckerl.types import FloatArray, Stream
 
@@ -83,7 +83,7 @@ def test_a_users_functions_are_played() -> None:
     assert [state for state, *_ in walked] == [1, 2, 1, 0, 0, 1, 2, 3, 4]
     assert [reward for _, reward, _ in walked] == [-1.0] * 9
     assert [terminated for *_, terminated in walked] == [False] * 8 + [True]
-    check_world(world)
+    world.check()
 
 
 def test_they_draw_from_the_agents_stream(slippery: Simulator) -> None:
@@ -323,7 +323,7 @@ def test_faults_are_named_and_every_kernel_ends(changes: dict[str, Any], message
     assert steps < 20_000
     assert np.isfinite(total)
     with pytest.raises(SimulatorError, match=message):
-        check_world(world)
+        world.check()
     assert play(world, 10, rng()) == (10, 0.0)
 
 
@@ -332,7 +332,7 @@ import sys
 from tuckerl._jit import kernel
 from tuckerl.problems import dynamics
 from tuckerl.problems.cart_pole import cart_pole
-from tuckerl.problems.simulator import Simulator, check_world
+from tuckerl.problems.simulator import Simulator
 from tuckerl.rng import seed_sequence, stream, uniform
 
 @kernel
