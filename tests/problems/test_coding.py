@@ -333,8 +333,13 @@ def test_sequences_and_mappings_of_other_kinds() -> None:
 @pytest.mark.parametrize(
     ("space", "bins", "value", "message"),
     [
-        (Discrete(3), None, 3, r"observation must be a whole number from 0 to 2 of shape \(\), .*; got 3 of type int"),
-        (Discrete(3, start=5), None, 4, r"from 5 to 7 .* in Discrete\(3, start=5\); got 4"),
+        (
+            Discrete(3),
+            None,
+            3,
+            r"observation must be a whole number from 0 to 2, as in Discrete\(3\); got 3 of type int",
+        ),
+        (Discrete(3, start=5), None, 4, r"from 5 to 7, as in Discrete\(3, start=5\); got 4"),
         (Discrete(3), None, -1, "got -1"),
         (Discrete(3), None, True, "got True of type bool"),
         (Discrete(3), None, np.True_, "got np.True_"),
@@ -383,7 +388,7 @@ def test_what_is_outside_the_space_is_refused(space: gymnasium.Space[Any], bins:
 @pytest.mark.parametrize(
     ("space", "bins", "values", "message"),
     [
-        (Discrete(3), None, np.array([0, 3]), r"observation must be a whole number from 0 to 2 .*; got np.int64\(3\)"),
+        (Discrete(3), None, np.array([0, 3]), r"observation must be a whole number from 0 to 2, .*; got np.int64\(3\)"),
         (Discrete(3), None, np.array([0.0, 1.0]), r"a batch of observation must be .* of shape \(batch\); got array"),
         (Discrete(3), None, np.array([False, True]), "a batch of observation must be a whole number"),
         (Discrete(3), None, 2, "a batch of observation"),

@@ -178,10 +178,8 @@ class ArrayCoding(Coding):
         return array if array.dtype.kind in self._kinds else None
 
     def _refused(self, value: Any) -> ObservationError:
-        space = _shown(self.space)
-        return ObservationError(
-            f"{self._what} must be {self._expected} of shape {self._shape}, as in {space}; got {_shown(value)}"
-        )
+        expected = f"{self._expected} of shape {self._shape}" if self._shape else self._expected.rstrip(",")
+        return ObservationError(f"{self._what} must be {expected}, as in {_shown(self.space)}; got {_shown(value)}")
 
     def _split(self, code: int) -> list[int]:
         digits = []
