@@ -13,7 +13,7 @@ from tuckerl.generalization.step import StepHistory, empty_history
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.reports.inside import Inside, Loadings, inside_of_tensor, pictures_inside, write_inside
 from tuckerl.reports.inside.agents import AGENTS, differences
-from tuckerl.reports.inside.cells import room_for
+from tuckerl.reports.inside.cells import counting_ticks, room_for
 from tuckerl.reports.inside.curve import CURVE, blocks, running_mean, window_of
 from tuckerl.reports.inside.greedy import NO_PREFERENCE, arrow_field, direction, greedy, values
 from tuckerl.reports.inside.loadings import LOADINGS
@@ -23,7 +23,7 @@ from tuckerl.reports.inside.state_loadings import MOST_STATES, STATE_LOADINGS, o
 from tuckerl.reports.inside.view import View
 from tuckerl.reports.inside.views import VIEWS
 from tuckerl.reports.inside.weights import MOST_DRAWN, WEIGHTS, drawn_windows
-from tuckerl.reports.inside.windows import COPIED, FIT, copied_counts
+from tuckerl.reports.inside.windows import COPIED, FIT, copied_counts, rows_of_agents
 from tuckerl.reports.inside.words import percent, percents
 from tuckerl.reports.picture import own_style
 from tuckerl.types import FloatArray
@@ -151,6 +151,15 @@ def test_arrows_are_thinned_out_where_cells_are_small() -> None:
     assert len(arrows.get_paths()) == 2500
 
 
+def test_arrows_keep_their_shape_in_oblong_cells() -> None:
+    q = np.tile([0.0, 0, 0, 1], (1, 600, 1))
+    figure = draw_policy(inside_of(q, (1, 600)))
+    (arrows,) = [one for one in figure.axes[0].collections if isinstance(one, PolyCollection)]
+    room = room_for((1, 600))
+    box = arrows.get_paths()[0].get_extents()
+    assert (box.width * room.across) / (box.height * room.down) == pytest.approx(2 / 1.04)
+
+
 def test_actions_without_a_direction_have_marks_with_a_legend() -> None:
     q = np.eye(3)[[0, 1, 2, 0]][np.newaxis]
     inside = inside_of(q, (2, 2), action_names=["left", "wait", "dig"])
@@ -159,6 +168,12 @@ def test_actions_without_a_direction_have_marks_with_a_legend() -> None:
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == ["wait", "dig"]
     assert [(line.get_xdata(), line.get_ydata()) for line in axes.lines] == [([1], [0]), ([0], [1])]
+
+
+def test_ticks_of_cells_are_whole_round_numbers() -> None:
+    assert counting_ticks(1).tolist() == [0]
+    assert counting_ticks(12).tolist() == [0, 2, 4, 6, 8, 10]
+    assert counting_ticks(39).tolist() == [0, 5, 10, 15, 20, 25, 30, 35]
 
 
 def test_differences_between_agents_are_counted_where_both_prefer_something() -> None:
@@ -247,6 +262,12 @@ def test_who_was_copied_is_counted_and_drawn_where_it_was() -> None:
         sorted((path.get_extents().x0, path.get_extents().x1) for path in row.get_paths()) for row in axes.collections
     ]
     assert spans == [[(0, 10)], [], [(10, 20), (30, 40)], [(20, 30)]]
+
+
+def test_of_very_many_agents_those_that_were_copied_have_a_row() -> None:
+    inside = LITTLE["many agents"]
+    assert rows_of_agents(inside) == [0, 44]
+    assert "43 agents, copied seldom or never, are not drawn" in COPIED.caption(inside)
 
 
 def test_weights_and_fit_say_their_ends() -> None:

@@ -73,7 +73,7 @@ def _draw_maps(inside: Inside, layout: tuple[int, int]) -> Figure:
     n_others = inside.n_agents - 1
     panels = (
         (found.others, Normalize(0, n_others), "agents with another greedy action", "agents"),
-        (found.spread, scale(np.append(found.spread, 0.0)), "spread of the state values", "largest minus smallest"),
+        (found.spread, scale(np.append(found.spread, 0.0)), "spread of the state values", "spread"),
     )
     left = 0.62
     for place, (shown, norm, title, label) in enumerate(panels):

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from tuckerl.problems.mdp import Layout
 from tuckerl.reports.inside.view import WIDTH
-from tuckerl.types import BoolArray, FloatArray
+from tuckerl.types import BoolArray, FloatArray, IntArray
 
 WALL = "0.12"
 NOTHING = "1.0"  # of cells without a number
@@ -24,15 +24,22 @@ _LEFT, _RIGHT = 0.62, 0.98  # inches beside a panel: its labels, its colour bar
 _TALLEST = 7.0
 _LARGEST_CELL = 0.46
 _LEAST = 0.3  # of a panel's side
+_SHORTEST_BAR = 0.8
 _LINES_FROM = 13.0  # points of a cell that lines are drawn between
 
 
 class Room(NamedTuple):
-    """A grid's panel in inches, and a cell's shorter side in points."""
+    """A grid's panel in inches, and a cell's sides in points."""
 
     width: float
     height: float
-    cell: float
+    across: float
+    down: float
+
+    @property
+    def cell(self) -> float:
+        """A cell's shorter side in points."""
+        return min(self.across, self.down)
 
 
 def sequential() -> Colormap:
@@ -57,7 +64,7 @@ def room_for(layout: Layout, width: float = WIDTH - _LEFT - _RIGHT, height: floa
     rows, columns = layout
     cell = min(width / columns, height / rows, _LARGEST_CELL)
     across, down = max(cell * columns, min(_LEAST, width)), max(cell * rows, _LEAST)
-    return Room(across, down, 72 * min(across / columns, down / rows))
+    return Room(across, down, 72 * across / columns, 72 * down / rows)
 
 
 def grid_figure(layout: Layout, below: float = 0.78) -> tuple[Figure, Axes, Room]:
@@ -70,7 +77,14 @@ def grid_figure(layout: Layout, below: float = 0.78) -> tuple[Figure, Axes, Room
 
 
 def draw_cells(
-    axes: Axes, values: FloatArray, layout: Layout, blocked: BoolArray, norm: Normalize, room: Room
+    axes: Axes,
+    values: FloatArray,
+    layout: Layout,
+    blocked: BoolArray,
+    norm: Normalize,
+    room: Room,
+    *,
+    lines: bool = True,
 ) -> ScalarMappable:
     """Colour the cells by (S,) numbers, white where there is none; walls nearly black."""
     colours = ScalarMappable(norm, sequential())
@@ -80,17 +94,23 @@ def draw_cells(
     rows, columns = layout
     # One image, not a square for each cell: large grids stay small files, and no hairlines show between cells.
     axes.imshow(pixels.reshape(rows, columns, 4), interpolation="none", aspect="auto")
-    if room.cell >= _LINES_FROM:
+    if lines and room.cell >= _LINES_FROM:
         axes.hlines(np.arange(rows - 1) + 0.5, -0.5, columns - 0.5, color="0.55", linewidth=0.4)
         axes.vlines(np.arange(columns - 1) + 0.5, -0.5, rows - 0.5, color="0.55", linewidth=0.4)
     axes.set_xlim(-0.5, columns - 0.5)
     axes.set_ylim(rows - 0.5, -0.5)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.set_xticks(counting_ticks(columns))
+    axes.set_yticks(counting_ticks(rows))
     axes.tick_params(length=2)
     for spine in axes.spines.values():
         spine.set(visible=True, color=FRAME)
     return colours
+
+
+def counting_ticks(n: int) -> IntArray:
+    """Return the numbers of some of `n` things, counted from 0: round ones, at most ten."""
+    step = next(round_ * 10**power for power in range(12) for round_ in (1, 2, 5) if n <= 10 * round_ * 10**power)
+    return np.arange(0, n, step)
 
 
 def label_cells(axes: Axes) -> None:
@@ -100,7 +120,7 @@ def label_cells(axes: Axes) -> None:
 
 
 def colour_bar(
-    axes: Axes, colours: ScalarMappable, label: str, ticks: list[float] | None = None, least: float = 0.0
+    axes: Axes, colours: ScalarMappable, label: str, ticks: list[float] | None = None, least: float = _SHORTEST_BAR
 ) -> Axes:
     """Draw a bar right of `axes`, as high as they are but at least `least` inches, and return its axes."""
     figure = axes.get_figure(root=True)

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tuckerl.reports.inside.cells import colour_bar, scale, sequential
+from tuckerl.reports.inside.cells import colour_bar, counting_ticks, scale, sequential
 from tuckerl.reports.inside.content import Inside
 from tuckerl.reports.inside.greedy import NO_PREFERENCE, greedy, values
 from tuckerl.reports.inside.policy import policy_words
@@ -30,11 +30,11 @@ def draw_plain(inside: Inside) -> Figure:
 def _draw_table(inside: Inside) -> Figure:
     q = inside.q[0]
     n_states, n_actions = q.shape
-    tilted = max(len(name) for name in inside.action_names) * n_actions > 70
-    below = 0.42 + (min(1.6, 0.075 * max(len(name) for name in inside.action_names)) if tilted else 0.2)
-    high = max(0.35, _ROW * n_states)
+    wide, high = min(5.5, max(1.2, 0.6 * n_actions)), max(0.35, _ROW * n_states)
+    longest = 0.075 * max(len(name) for name in inside.action_names)
+    tilted = n_actions <= _NAMED_COLUMNS and longest > 0.95 * wide / n_actions
+    below = 0.36 + (min(1.6, longest) if tilted else 0.2)
     height = high + 0.3 + below
-    wide = min(5.5, max(1.2, 0.6 * n_actions))
     figure = Figure(figsize=(WIDTH, height))
     axes = figure.add_axes((0.62 / WIDTH, below / height, wide / WIDTH, high / height))
     norm = scale(q)
@@ -48,7 +48,7 @@ def _draw_table(inside: Inside) -> Figure:
     axes.set_ylim(n_states - 0.5, -0.5)
     if n_actions <= _NAMED_COLUMNS:
         axes.set_xticks(range(n_actions), inside.action_names, rotation=90 if tilted else 0, parse_math=False)
-    axes.yaxis.set_major_locator(MaxNLocator(12, integer=True))
+    axes.set_yticks(counting_ticks(n_states))
     axes.tick_params(length=2)
     axes.set_xlabel("action")
     axes.set_ylabel("state")

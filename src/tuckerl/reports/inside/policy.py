@@ -69,7 +69,7 @@ def draw_policy(inside: Inside) -> Figure:
             handlelength=1.2,
         )
     axes.set_title("agent 0" if inside.n_agents > 1 else "greedy policy", loc="left")
-    colour_bar(axes, colours, "state value, max Q(s, a)")
+    colour_bar(axes, colours, "max Q(s, a)")
     return figure
 
 
@@ -97,7 +97,7 @@ def _draw_arrows(axes: Axes, field: ArrowField, drawn: BoolArray, dark: BoolArra
     """Draw each arrow as one shape, black or white as its cell is light or dark."""
     cells = np.flatnonzero(drawn & ((field.down != 0) | (field.right != 0)))
     columns = round(axes.get_xlim()[1] + 0.5)
-    half = min(0.36 * stride(room), _LONGEST_ARROW / 2 / room.cell)
+    half = min(0.36 * stride(room) * room.cell, _LONGEST_ARROW / 2)  # points, so that oblong cells bend no arrow
     # Along and across its direction: a shaft, barbs, a tip.
     outline = np.array(
         [(-1, 0.1), (0.1, 0.1), (0.1, 0.52), (1, 0), (0.1, -0.52), (0.1, -0.1), (-1, -0.1)], dtype=np.float64
@@ -107,7 +107,8 @@ def _draw_arrows(axes: Axes, field: ArrowField, drawn: BoolArray, dark: BoolArra
         along = np.array([field.right[cell], field.down[cell]]) / math.hypot(field.right[cell], field.down[cell])
         across = np.array([-along[1], along[0]])
         centre = np.array([cell % columns, cell // columns])
-        shapes.append(centre + half * (outline[:, :1] * along + outline[:, 1:] * across))
+        points = half * (outline[:, :1] * along + outline[:, 1:] * across)
+        shapes.append(centre + points / (room.across, room.down))
     colours = np.where(dark[cells], "white", "black").tolist()
     axes.add_collection(PolyCollection(shapes, facecolors=colours, edgecolors="none", gid="arrows"), autolim=False)
 
@@ -165,8 +166,8 @@ def _caption(inside: Inside) -> str:
     layout = _layout(inside)
     every = stride(room_for(layout))
     words = [
-        "Colour: the largest value in each cell, lighter is more. Arrow: the action that has it, by the direction of "
-        "its name",
+        "Colour: the state value, the largest of each cell's Q(s, a); lighter is more. Arrow: the action that has it, "
+        "by the direction of its name",
         *policy_words(inside),
     ]
     if every > 1:

@@ -58,7 +58,7 @@ def _draw_maps(inside: Inside, loadings: Loadings) -> Figure:
     width = min((WIDTH - 1.35 - 0.14 * (across - 1)) / across, 1.8 if across > 1 else 5.0)
     room = room_for(layout, width=width, height=2.4)
     step_x, step_y = max(room.width + 0.14, 1.16), room.height + 0.5
-    below = 0.34
+    below = max(0.34, 0.9 - room.height)
     height = down * step_y + below
     figure = Figure(figsize=(WIDTH, height))
     energies = loadings.energies(STATES)
@@ -67,7 +67,7 @@ def _draw_maps(inside: Inside, loadings: Loadings) -> Figure:
         axes = figure.add_axes((left / WIDTH, (top - room.height) / height, room.width / WIDTH, room.height / height))
         largest = _largest(columns[:, place])
         colours = draw_cells(
-            axes, columns[:, place], layout, inside.walls, Normalize(-largest, largest), room._replace(cell=0)
+            axes, columns[:, place], layout, inside.walls, Normalize(-largest, largest), room, lines=False
         )
         axes.set(xticks=[], yticks=[])
         axes.set_title(f"{place + 1}: {_short(energies[place])}\n±{number(largest)}", loc="left", fontsize=8, pad=2)

@@ -22,7 +22,8 @@ _MODES = {
 }
 _FIT = Look(BLACK, "solid", "o", 1.5)
 _NOBODY = -1
-_MOST_AGENTS = 30  # that all have a row as high as letters
+MOST_AGENTS = 30
+"""So many agents have a row each, copied or not."""
 _SEEN_EDGES = 120  # windows between which white lines still leave colour
 _LISTED = 8
 
@@ -33,36 +34,44 @@ def copied_counts(inside: Inside) -> IntArray:
     return np.bincount(chosen, minlength=inside.n_agents + 1)
 
 
+def rows_of_agents(inside: Inside) -> list[int]:
+    """Return the agents that have a row: all, or of very many those copied most often, in order of number."""
+    counts = copied_counts(inside)[:-1]
+    if inside.n_agents <= MOST_AGENTS:
+        return list(range(inside.n_agents))
+    most = np.argsort(-counts, kind="stable")[:MOST_AGENTS]
+    return sorted(int(agent) for agent in most if counts[agent])
+
+
 def draw_copied(inside: Inside) -> Figure:
     """Draw a row for each agent, filled at the windows after which its table was copied by all."""
     history, counts = inside.history, copied_counts(inside)
-    n_rows = inside.n_agents + 1
-    high = max(0.6, 0.24 * min(n_rows, _MOST_AGENTS))
+    agents = rows_of_agents(inside)
+    rows = [*agents, inside.n_agents]
+    high = max(0.6, (0.24 if len(rows) <= 12 else 0.17) * len(rows))
     height = high + 0.75
     figure = Figure(figsize=(WIDTH, height))
     axes = figure.add_axes((1.15 / WIDTH, 0.46 / height, (WIDTH - 1.15 - 1.1) / WIDTH, high / height))
     starts = np.append(0, history.episode[:-1])
     edge = 0.5 if history.episode.size <= _SEEN_EDGES else 0.0
-    for row in range(n_rows):
+    for place, row in enumerate(rows):
         nobody = row == inside.n_agents
         mine = history.chosen == (_NOBODY if nobody else row)
         spans = list(zip(starts[mine].tolist(), (history.episode - starts)[mine].tolist(), strict=True))
         look = {"facecolor": "0.8", "hatch": "////"} if nobody else {"facecolor": BLUE}
-        axes.broken_barh(spans, (row - 0.38, 0.76), edgecolor="white", linewidth=edge, **look)  # type: ignore[arg-type]
-    every = max(1, -(-n_rows // _MOST_AGENTS))
-    rows = [*range(0, inside.n_agents, every), inside.n_agents]
-    axes.set_yticks(rows, [*(f"agent {row}" for row in rows[:-1]), "none or mixture"])
-    for row in rows:
+        axes.broken_barh(spans, (place - 0.38, 0.76), edgecolor="white", linewidth=edge, **look)  # type: ignore[arg-type]
+    axes.set_yticks(range(len(rows)), [*(f"agent {agent}" for agent in agents), "none or mixture"])
+    for place, row in enumerate(rows):
         part = percent(counts[row] / counts.sum())
         axes.text(
             1.015,
-            row,
+            place,
             f"{counts[row]:,} ({part})" if counts[row] else "0",
             transform=axes.get_yaxis_transform(),
             fontsize=8,
             verticalalignment="center",
         )
-    axes.set_ylim(n_rows - 0.5, -0.5)
+    axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_xlim(0, int(history.episode[-1]))
     _finish(axes, 10)
     axes.tick_params(axis="y", length=0)
@@ -87,6 +96,9 @@ def _copied_caption(inside: Inside) -> str:
     words = f"Of {windows}, all agents went on with " + (joined(listed) if listed else "one agent's table after none")
     if counts[-1]:
         words += f"; after {counts[-1]:,} no single table was copied (nothing was shared, or a mixture of the tables)"
+    hidden = inside.n_agents - len(rows_of_agents(inside))
+    if hidden:
+        words += f". {hidden:,} agents, copied seldom or never, are not drawn"
     return f"{words}. A bar spans the window of episodes that the choice was made from."
 
 
