@@ -6,6 +6,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
+from markupsafe import escape
 from matplotlib.collections import PolyCollection
 
 from tuckerl.errors import OutputError, ProblemError, TensorError
@@ -298,7 +299,16 @@ def test_the_running_mean_is_over_the_episodes_before_and_says_how_many() -> Non
     caption = CURVE.caption(inside)
     assert "10 episodes of learning, exploration included, 2 agents averaged" in caption
     assert "Mean steps: 15 over the first and 4 over the last 5 episodes" in caption
-    low_high = CURVE.draw(inside).axes[0].collections[0].get_paths()[0].get_extents()
+    axes = CURVE.draw(inside).axes[0]
+    assert np.asarray(axes.lines[1].get_xydata()).tolist() == [
+        [5, 15],
+        [6, 12.8],
+        [7, 10.6],
+        [8, 8.4],
+        [9, 6.2],
+        [10, 4],
+    ]
+    low_high = axes.collections[0].get_paths()[0].get_extents()
     assert (low_high.y0, low_high.y1) == (4, 20)
 
 
@@ -431,7 +441,7 @@ def test_the_page_holds_every_figure_and_says_what_is_missing(tmp_path: Path) ->
     assert "2 agents, 4 states, 4 actions." in text
     assert "All 2 agents have the same table" in text
     assert "There is no learning curve" in text
-    assert POLICY.caption(inside) in text
+    assert escape(POLICY.caption(inside)) in text
     assert text.count("<svg") == 1
     assert 'src="http' not in text
     assert "<script" not in text
