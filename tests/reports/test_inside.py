@@ -1,6 +1,7 @@
 """What the figures of the inside show and say, on tables made by hand."""
 
 import math
+import re
 from pathlib import Path
 
 import matplotlib as mpl
@@ -138,7 +139,7 @@ def test_the_policys_caption_counts_what_is_preferred_tied_blocked_and_infinite(
     caption = POLICY.caption(inside_of(q, (2, 3), blocked=np.array([0, 0, 1, 0, 0, 0], dtype=np.bool_)))
     assert "prefers an action in 2 of 5 states; their values are from 0 to 2." in caption
     assert "In 2 states several but not all actions are equally good" in caption
-    assert "1 state with values that are not finite are left out" in caption
+    assert "Left out: 1 state with values that are not finite" in caption
     assert "no preference" in caption
 
 
@@ -285,7 +286,7 @@ def test_many_windows_are_thinned_out_to_the_last() -> None:
     kept = drawn_windows(history)
     assert kept.episode.size == MOST_DRAWN // 2 + 1
     assert kept.episode[-1] == history.episode[-1]
-    assert "every 2. before it" in WEIGHTS.caption(everything()._replace(history=history))
+    assert "one in 2 before it" in WEIGHTS.caption(everything()._replace(history=history))
 
 
 def test_the_running_mean_is_over_the_episodes_before_and_says_how_many() -> None:
@@ -448,6 +449,12 @@ def test_the_page_holds_every_figure_and_says_what_is_missing(tmp_path: Path) ->
     assert sorted(file.name for file in (tmp_path / "out" / "figures").iterdir()) == ["policy.png", "policy.svg"]
     first = page.read_bytes()
     assert write_inside(inside, tmp_path / "out").read_bytes() == first
+
+
+def test_no_two_things_on_the_page_have_one_id(tmp_path: Path) -> None:
+    text = write_inside(everything(), tmp_path).read_text(encoding="utf-8")
+    ids = re.findall(r'\bid="([^"]+)"', text)
+    assert len(set(ids)) == len(ids)
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:

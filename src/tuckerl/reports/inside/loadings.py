@@ -108,7 +108,7 @@ def _caption(inside: Inside) -> str:
         f"The columns of the action, episode and agent factors of the tables of episodes {first} to {last}; "
         f"{fit_words(loadings)}. Of what is kept, {shares} (squares of the core, by column). Columns have length 1; "
         "lighter is positive, darker negative. The length of an action's row gives its weight ω in the tensor step, "
-        "that of an agent's row its rank when tables are copied."
+        "that of an agent's row decides whose table the rules 'max' and 'min' copy."
     )
 
 

@@ -1,5 +1,6 @@
 """Drawing the inside, and a page of it that needs nothing but itself."""
 
+import re
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -94,13 +95,18 @@ def render_page(inside: Inside, shown: "list[Shown]") -> str:
             "name": one.name,
             "title": one.title,
             "caption": one.caption,
-            "svg": inlined(one.drawn.svg.decode(), one.name, one.alt),
+            "svg": inlined(_without_image_ids(one.drawn.svg.decode()), one.name, one.alt),
         }
         for one in shown
     ]
     return template.render(
         title=inside.title, facts=facts, figures=figures, missing=_missing(inside), version=__version__
     )
+
+
+def _without_image_ids(svg: str) -> str:
+    # matplotlib names images by their content, so two like colour bars have one id; nothing refers to them.
+    return re.sub(r' id="image[0-9a-f]+"', "", svg)
 
 
 def _missing(inside: Inside) -> list[str]:

@@ -158,7 +158,7 @@ def policy_words(inside: Inside) -> list[str]:
             f"In {counted(torn, 'state')} several but not all actions are equally good; the lowest numbered is shown"
         )
     if infinite:
-        words.append(f"{counted(infinite, 'state')} with values that are not finite are left out")
+        words.append(f"Left out: {counted(infinite, 'state')} with values that are not finite")
     return words
 
 

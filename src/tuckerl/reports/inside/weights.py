@@ -144,7 +144,7 @@ def _caption(inside: Inside) -> str:
 def every_words(history: StepHistory) -> str:
     """Return which windows are drawn where not all are."""
     every = windows_apart(history)
-    return f". Only the last window and every {every}. before it are drawn" if every > 1 else ""
+    return f". Only the last window and one in {every} before it are drawn" if every > 1 else ""
 
 
 def _alt(inside: Inside) -> str:
