@@ -15,7 +15,6 @@ from tuckerl.learners import traces as module
 from tuckerl.learners.learner import Learner
 from tuckerl.learners.team_q import Team, team_action
 from tuckerl.learners.traces import ERA, ROWS
-from tuckerl.rng import seed_sequence, stream
 
 HALVES: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "seed": 0}
 
