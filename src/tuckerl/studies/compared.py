@@ -14,7 +14,7 @@ from tuckerl.types import FloatArray, IntArray
 
 MOST_POINTS = 100  # of a curve: with more episodes, each point is the mean of several
 _NOTHING = Difference(math.nan, math.nan, math.nan, 0, 0)
-_VERDICTS = {"holds": "better", "does not hold": "worse", "not decided": "not decided"}
+VERDICTS = {"holds": "better", "does not hold": "worse", "not decided": "not decided"}
 
 
 class Estimate(NamedTuple):
@@ -42,7 +42,7 @@ class Compared(NamedTuple):
     @property
     def verdict(self) -> str:
         """Whether the candidate is "better", "worse" or it is "not decided"."""
-        return _VERDICTS[self.difference.verdict]
+        return VERDICTS[self.difference.verdict]
 
     def as_json(self) -> dict[str, Any]:
         """Return the content of ``compare.json``."""

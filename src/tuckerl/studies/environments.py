@@ -125,7 +125,7 @@ def _of_gymnasium(name: str) -> Listed | None:
             how = _BINNED
         elif isinstance(getattr(env.unwrapped, "P", None), dict):
             how = _LIFTED
-        return Listed(name, how, "Gymnasium's")
+        return Listed(name, how, "Gymnasium")
     finally:
         env.close()
 
