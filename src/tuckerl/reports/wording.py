@@ -42,7 +42,7 @@ def measured(value: float) -> str:
         return NOTHING
     size = abs(value)
     decimals = 0 if size >= 1000 else 1 if size >= 100 else 2 if size >= 1 else 4
-    return _minus(f"{value:,.{decimals}f}" if size >= 0.01 or value == 0 else f"{value:.2e}")
+    return "0" if value == 0 else _minus(f"{value:,.{decimals}f}" if size >= 0.01 else f"{value:.2e}")
 
 
 def measured_interval(low: float, high: float) -> str:
