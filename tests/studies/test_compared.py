@@ -40,6 +40,8 @@ def test_the_last_tenth_is_rounded_up() -> None:
     result = plain(base, better, "final")
     assert [one.mean for one in result.estimates] == [-4, -1]
     assert plain([[-1, -2]], [[-1, -3]], "final").estimates[1].mean == -3
+    even: list[list[float | None]] = [[*[-9.0] * 18, -2.0, -4.0]]
+    assert plain(even, even, "final").estimates[0].mean == -3
 
 
 def test_where_the_base_can_be_0_the_difference_is_absolute() -> None:
