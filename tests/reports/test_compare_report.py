@@ -161,6 +161,7 @@ def test_what_is_not_decided_is_said() -> None:
     words = outcome(result([-10.0, -12.0], [-12.0, -10.0], [-10.0, -11.0]))
     assert words.startswith("These runs do not decide between tsarsa-lambda-2 and sarsa-lambda: ")
     assert "the interval covers 0" in words
+    assert words == words.strip()
     one = outcome(result([-10.0], [-12.0], [-10.0]))
     assert "over 1 pair; one pair has no interval." in one
     assert one.endswith("There are too few pairs to compare it with the control, constant-2-min.")

@@ -36,7 +36,7 @@ def outcome(compared: Compared) -> str:
         first = f"These runs do not decide between {candidate} and {base}: {told}, difference {by} over {pairs}; {why}."
     else:
         first = f"{candidate} does {compared.verdict} than {base}: {told}, difference {by} over {pairs}."
-    return f"{first} {against_control(compared)}"
+    return f"{first} {against_control(compared)}".rstrip()
 
 
 def against_control(compared: Compared) -> str:
