@@ -1,7 +1,13 @@
-"""A progress bar with the time left, on standard error, and only on a terminal."""
+"""How long commands take: a progress bar on standard error, only on a terminal, and how many processes to use."""
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+
+def default_workers() -> int:
+    """Return how many processes this one may use at once."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager

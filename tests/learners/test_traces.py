@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.learners.worlds import drift, random_mdp
+from tests.learners.worlds import agent_of, drift, random_mdp
 from tuckerl import QLearning, Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ
 from tuckerl.errors import SimulatorError
 from tuckerl.learners import traces as module

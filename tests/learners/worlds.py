@@ -103,7 +103,7 @@ def agent_of(q: FloatArray, *, seed: int = 0, forbidden: Any = None, random_ties
         rates=np.zeros(q.shape[1]),
         forbidden=np.zeros((0, 0), dtype=np.bool_) if forbidden is None else np.asarray(forbidden, dtype=np.bool_),
         settings=Settings(gamma=0.95, terminal_discount=0.0, random_ties=random_ties),
-        log=empty_log(*q.shape, 0),
+        log=empty_log(q.shape[0], q.shape[1], 0),
         record=Record(none, nothing, none, nothing, nothing, 0),
         rng=stream(seed_sequence(seed)),
     )

@@ -144,9 +144,9 @@ def test_toy_text_is_lifted() -> None:
 
 
 def test_a_box_without_bounds_needs_edges() -> None:
-    with pytest.raises(SpaceError, match="quantile_edges"):
+    with pytest.raises(SpaceError, match=r"give .*edges"):
         as_problem("CartPole-v1", Reading(bins=5))
-    with pytest.raises(SpaceError, match="actions"):
+    with pytest.raises(SpaceError, match="action must be one of finitely many"):
         as_problem("Pendulum-v1", Reading(bins=5))
 
 

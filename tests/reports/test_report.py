@@ -27,7 +27,8 @@ from tuckerl.reports import write_report
 from tuckerl.reports.fig11 import FIG11
 from tuckerl.reports.figures import PICTURES
 from tuckerl.reports.gain_words import what_works
-from tuckerl.reports.page import inlined, render_page
+from tuckerl.reports.markup import inlined
+from tuckerl.reports.page import render_page
 from tuckerl.reports.picture import show
 from tuckerl.reports.tables import MARKS
 from tuckerl.studies.claims import Claim

@@ -10,6 +10,8 @@ from typer.exceptions import Exit, TyperException
 
 from tuckerl import errors
 from tuckerl._version import __version__
+from tuckerl.cli.compare import compare
+from tuckerl.cli.listing import list_names
 from tuckerl.cli.reproduce import reproduce
 
 INTERRUPTED = 130
@@ -21,6 +23,8 @@ app = typer.Typer(
     help="Tabular reinforcement learning, with knowledge shared through Tucker decompositions of Q-tables.",
 )
 app.command()(reproduce)
+app.command()(compare)
+app.command("list")(list_names)
 
 
 def _print_version(wanted: bool) -> None:

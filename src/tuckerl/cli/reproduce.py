@@ -1,6 +1,5 @@
 """``tuckerl reproduce``: the paper's experiments, their figures and the verdicts on its claims."""
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -29,7 +28,7 @@ def reproduce(
     Finished runs in the folder are not run again.
     """
     # Imported here, so that --help is quick.
-    from tuckerl.progress import progress_bar
+    from tuckerl.progress import default_workers, progress_bar
     from tuckerl.reports import write_report
     from tuckerl.studies import gain, paper
     from tuckerl.studies import sensitivity as readings
@@ -39,8 +38,7 @@ def reproduce(
     from tuckerl.studies.summary import summarise
 
     folder = out or Path("results") / ("quick" if quick else "paper")
-    if workers is None:
-        workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    workers = default_workers() if workers is None else workers
 
     def played(part: Study, where: Path, what: str) -> Tables:
         with progress_bar(what) as progress:

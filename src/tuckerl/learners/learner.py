@@ -288,7 +288,7 @@ class Learner(Tables):
         }
         problem_arrays = saved.of_prefix("problem", arrays)
         learner = cls(
-            restored_problem(header["problem"], problem_arrays, env, Path(path), cls._reading_of(parameters)),
+            restored_problem(header["problem"], problem_arrays, env, Path(path), cls.reading_of(parameters)),
             **parameters,
             **cls._array_parameters(arrays),
             tensor_step=restored_step(header["tensor_step"], tensor_step, Path(path)),

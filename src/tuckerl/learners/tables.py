@@ -56,7 +56,7 @@ class Tables(ABC):
         """The episode in which a table left the finite numbers; learning stopped before it."""
         self._sequence = seed_sequence(parameters.get("seed"))
         self.lift = check_flag("lift", parameters.get("lift", True))
-        self.problem: Problem = as_problem(env, self._reading_of({**parameters, "team_reward": self.team_reward}))
+        self.problem: Problem = as_problem(env, self.reading_of({**parameters, "team_reward": self.team_reward}))
         """What is played: arrays, compiled functions, or an environment that is stepped in Python."""
         self.n_tables = check_size(self.problem, self.n_agents, self.tensor_step)
         """Length of the agent axis: `n_agents`, or the number of a PettingZoo environment's agents."""
@@ -65,7 +65,7 @@ class Tables(ABC):
         self._allocate(shape)
 
     @classmethod
-    def _reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
+    def reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
         """Return how a learner with these parameters reads its environment."""
         return Reading(cls._agents, parameters.get("bins"), parameters.get("lift", True))
 

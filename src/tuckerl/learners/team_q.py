@@ -196,5 +196,6 @@ class TeamQ(TracingLearner):
         }
 
     @classmethod
-    def _reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
-        return replace(super()._reading_of(parameters), reward=parameters.get("team_reward", "mean"))
+    def reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
+        """Return how a team with these parameters reads its environment."""
+        return replace(super().reading_of(parameters), reward=parameters.get("team_reward", "mean"))

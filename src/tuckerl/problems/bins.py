@@ -7,7 +7,6 @@ beyond the outermost edges therefore falls into the end bins, whether or not the
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
 from numbers import Integral
 from typing import Any
 
@@ -16,8 +15,9 @@ import numpy as np
 from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
 
-from tuckerl.checks import check_int, check_name
-from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError, SpaceError, UnknownNameError
+from tuckerl.checks import check_int
+from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError, SpaceError
+from tuckerl.problems.making import make_environment
 from tuckerl.rng import child, seed_sequence
 from tuckerl.types import FloatArray, Seed
 
@@ -212,15 +212,7 @@ def _random_play(env: gymnasium.Env[Any, Any], space: Box, steps: int, sequence:
 
 
 def _make(env: Any) -> gymnasium.Env[Any, Any]:
-    if isinstance(env, str):
-        module, _, plain = env.rpartition(":")
-        if module:
-            try:
-                import_module(module)
-            except ModuleNotFoundError as error:
-                raise UnknownNameError(f"unknown environment {env!r}: there is no module {module!r}") from error
-        return gymnasium.make(check_name("environment", plain, gymnasium.registry), disable_env_checker=True)
-    made = env() if callable(env) else env
+    made = make_environment(env) if isinstance(env, str) else env() if callable(env) else env
     if not isinstance(made, gymnasium.Env):
         raise ParameterTypeError(
             f"env must be a Gymnasium environment, the id of one, or a callable that makes one; got {made!r}"

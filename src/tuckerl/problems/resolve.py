@@ -3,41 +3,27 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from importlib import import_module
-from typing import Any, Protocol
+from typing import Any
 
 import gymnasium
 import pettingzoo
 from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
 from pettingzoo.utils import BaseParallelWrapper
 
-from tuckerl.checks import check_flag, check_name
-from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, UnknownNameError
+from tuckerl.checks import check_flag
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.problems.joint import JointEnv
+from tuckerl.problems.making import GymEnvironment, Made, make_environment
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.players import PlayersProblem
 from tuckerl.problems.python_world import STEP_CAP
 from tuckerl.problems.simulator import Simulator
-from tuckerl.problems.stepped import GymEnvironment, SteppedProblem
+from tuckerl.problems.stepped import SteppedProblem
 from tuckerl.problems.tables import lifted_table
-
-
-class ParallelEnvironment(Protocol):
-    """A PettingZoo parallel environment.
-
-    PettingZoo's own class would do, but it is `Any` to the type checker, and a union with that checks nothing.
-    """
-
-    possible_agents: Any
-
-    def close(self) -> None:
-        """Let go of what the environment holds."""
-
 
 Problem = TabularMDP | Simulator | SteppedProblem | PlayersProblem
 PROBLEMS = (TabularMDP, Simulator, SteppedProblem, PlayersProblem)
-Made = GymEnvironment | ParallelEnvironment
 Environment = str | Made | Callable[[], Made] | Problem | Maze
 
 # Wrappers that leave observations, rewards and ends as they are (but for the time limit, which is taken over).
@@ -102,7 +88,7 @@ def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it
             raise ParameterError(f"bins are for environments whose observations are a Box; {env!r} has states already")
         return env.to_mdp() if isinstance(env, Maze) else env
     if isinstance(env, str):
-        problem = _read(_make(env), env, lambda: _make(env), reading)
+        problem = _read(make_environment(env), env, lambda: make_environment(env), reading)
         if isinstance(problem, (SteppedProblem, PlayersProblem)):
             problem.id = env
         return problem
@@ -124,21 +110,6 @@ def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it
 def _name_of(env: Any) -> str:
     specification = getattr(env, "spec", None)
     return str(getattr(specification, "id", None) or type(env.unwrapped).__name__)
-
-
-def _make(name: str) -> Made:
-    """Return the environment of this id; "module:id" imports what registers the id first."""
-    module, _, plain = name.rpartition(":")
-    if module:
-        try:
-            import_module(module)
-        except ModuleNotFoundError as error:
-            raise UnknownNameError(f"unknown environment {name!r}: there is no module {module!r} to import") from error
-    check_name("environment", plain, {*gymnasium.registry, *pettingzoo.parallel_registry})
-    if plain in gymnasium.registry:
-        return gymnasium.make(plain, disable_env_checker=True)
-    made: ParallelEnvironment = pettingzoo.make("parallel", plain)
-    return made
 
 
 def _read(env: Any, source: str, make: Callable[[], Any] | None, reading: Reading) -> Problem:

@@ -16,12 +16,12 @@ from tuckerl._jit import python_callback
 from tuckerl.interrupts import is_impatient
 from tuckerl.problems.coding import Coding, coding, coding_of_edges
 from tuckerl.problems.joint import JointEnv
+from tuckerl.problems.making import GymEnvironment
 from tuckerl.problems.masks import MaskReader
 from tuckerl.problems.mdp import Layout
 from tuckerl.problems.python_world import LATE, STEP_CAP, Environments, PythonWorld
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
-GymEnvironment = gymnasium.Env[Any, Any]
 Maker = Callable[[], GymEnvironment]
 
 NEXT_EPISODE = -1

@@ -11,6 +11,7 @@ from tuckerl.reports.looks import EndLabel, Look, label_ends, looks
 from tuckerl.reports.wording import counted, whole
 from tuckerl.studies.statistics import Band
 from tuckerl.studies.summary import Summary
+from tuckerl.types import IntArray
 
 _CONTROLS, _MAIN = 2.0, 3.0  # orders of drawing
 
@@ -61,7 +62,7 @@ def draw_curves(summary: Summary, words: CurveWords) -> Figure:
     base = summary.curves[0].variant
     for axes, lines in ((upper, totals(summary)), (lower, gains(summary, words))):
         for place, line in enumerate(lines):
-            _draw_line(axes, line.band, styles[line.variant], place)
+            draw_line(axes, np.arange(1, n_episodes + 1), line.band, styles[line.variant], place)
         axes.set_xlim(0, n_episodes)
         axes.yaxis.set_major_formatter(FuncFormatter(_thousands))
         axes.margins(y=0.04)
@@ -94,8 +95,8 @@ def curves_alt(summary: Summary) -> str:
     return f"Two panels of curves by episode. Steps cumulated at the end: {ends}."
 
 
-def _draw_line(axes: Axes, band: Band, look: Look, place: int) -> None:
-    episodes = np.arange(1, band.mean.size + 1)
+def draw_line(axes: Axes, episodes: IntArray, band: Band, look: Look, place: int) -> None:
+    """Draw one variant's band and mean; `place` counts the lines before it."""
     every = max(band.mean.size // 8, 1)
     order = _MAIN if look.marker else _CONTROLS
     shade = 0.18 if look.marker else 0.09  # nine bands on one another: the controls' are paler

@@ -1,20 +1,15 @@
 """The report's page: what the template shows, worked out and formatted."""
 
 import math
-import platform
-import re
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
-from importlib.resources import files
 from itertools import product
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from tuckerl._version import __version__
 from tuckerl.reports import wording
 from tuckerl.reports.gain_words import gain_rows, what_works, without_the_step
+from tuckerl.reports.markup import on_page, rendered, versions
 from tuckerl.reports.picture import Shown
 from tuckerl.reports.tables import MARKS, assumption_rows, cell_rows
 from tuckerl.studies.claims import Claim
@@ -52,24 +47,21 @@ def render_page(
     extras: Extras = NO_EXTRAS,
 ) -> str:
     """Return the page, with everything it needs inside it; `shown` holds the figures by scenario."""
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
-    template = environment.from_string(files("tuckerl.reports").joinpath("template.html").read_text(encoding="utf-8"))
     gains = {gain.scenario.name: gain for gain in extras.gains}
     scenarios = [_scenario(summary, shown.get(summary.scenario.name, ()), gains) for summary in summaries]
     interactive = any(figure["plotly"] for scenario in scenarios for figure in scenario["figures"])
-    return template.render(
+    return rendered(
+        "template.html",
         claims=[_claim(study, claim) for claim in claims],
         outcome=outcome(claims),
         marks=MARKS,
         assumptions=assumption_rows(study),
         scenarios=scenarios,
         cells=cell_rows(extras.cells),
-        sensitivity=_figure(extras.sensitivity) if extras.sensitivity else None,
+        sensitivity=on_page(extras.sensitivity) if extras.sensitivity else None,
         seed=study.seed,
         commands=commands(study, with_cells=bool(extras.cells)),
-        versions=_versions(),
+        versions=versions(*_LIBRARIES),
         plotly_js=_plotly_js() if interactive else "",
         confidence=round(100 * CONFIDENCE),
         resamples=N_RESAMPLES,
@@ -121,16 +113,6 @@ def _command(name: str, quick: bool, numbers: Mapping[str, int], seed: int, with
     return f"tuckerl reproduce {name} {' '.join(options)}"
 
 
-def inlined(svg: str, name: str, alt: str) -> Markup:
-    """Return matplotlib's SVG as an element of the page: named for screen readers, its ids its own."""
-    box = re.search(r'viewBox="([^"]+)"', svg)
-    body = svg[svg.index('<g id="figure_1">') : svg.rindex("</svg>")]
-    body = re.sub(r"<!--.*?-->", "", body, flags=re.DOTALL)
-    body = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{name}-", body)
-    opening = Markup('<svg viewBox="{}" role="img" aria-label="{}">').format(box[1] if box else "", alt)
-    return opening + Markup(body) + Markup("</svg>")  # noqa: S704  # matplotlib's own output, its text turned to shapes
-
-
 def _conjugated(verdict: str, count: int) -> str:
     one, many = _VERDICTS[verdict]
     return one if count == 1 else many
@@ -173,7 +155,7 @@ def _scenario(summary: Summary, shown: Sequence[Shown], gains: Mapping[str, Gain
         "settings": _settings(scenario),
         "variants": [_variant(variant, curves.get(variant.name), summary) for variant in scenario.variants],
         "best": "Longest" if MEASURES[scenario.measure].larger_is_better else "Shortest",
-        "figures": [_figure(one) for one in shown if one.name != f"gain-{scenario.name}"],
+        "figures": [on_page(one) for one in shown if one.name != f"gain-{scenario.name}"],
         "gain": _gain(gains.get(scenario.name), [one for one in shown if one.name == f"gain-{scenario.name}"]),
     }
 
@@ -186,7 +168,7 @@ def _gain(gain: Gain | None, shown: Sequence[Shown]) -> dict[str, Any] | None:
         "rows": gain_rows(gain),
         "what_works": what_works(gain),
         "without": without_the_step(gain),
-        "figures": [_figure(one) for one in shown],
+        "figures": [on_page(one) for one in shown],
     }
 
 
@@ -222,21 +204,6 @@ def _settings(scenario: Scenario) -> str:
     if step is not None:
         parameters.append(f"tensor step every {step.every} episodes with ranks {step.ranks}")
     return ", ".join(parameters)
-
-
-def _figure(one: Shown) -> dict[str, Any]:
-    return {
-        "name": one.name,
-        "title": one.title,
-        "caption": one.caption,
-        "svg": inlined(one.drawn.svg.decode(), one.name, one.alt),
-        "plotly": one.plotly,
-    }
-
-
-def _versions() -> list[tuple[str, str]]:
-    python = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
-    return [("tuckerl", __version__), ("Python", python), *((name, version(name)) for name in _LIBRARIES)]
 
 
 def _plotly_js() -> Markup:

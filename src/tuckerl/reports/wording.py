@@ -36,6 +36,34 @@ def seconds(value: float) -> str:
     return f"{value * 1000:.3g} ms" if value < 1 else f"{value:.3g} s"
 
 
+def measured(value: float) -> str:
+    """Return a measured number of any size with about four figures; a dash where there is none."""
+    if math.isnan(value):
+        return NOTHING
+    size = abs(value)
+    decimals = 0 if size >= 1000 else 1 if size >= 100 else 2 if size >= 1 else 4
+    return "0" if value == 0 else _minus(f"{value:,.{decimals}f}" if size >= 0.01 else f"{value:.2e}")
+
+
+def measured_interval(low: float, high: float) -> str:
+    """Return "[1.50, 2.00]", or nothing where there is no interval."""
+    return "" if math.isnan(low) or math.isnan(high) else f"[{measured(low)}, {measured(high)}]"
+
+
+def amount(difference: Difference) -> str:
+    """Return a difference in percent of the base's mean, or in the unit of what is measured."""
+    if difference.relative or math.isnan(difference.mean):
+        return percent(difference)
+    return ("+" if difference.mean > 0 else "") + measured(difference.mean)
+
+
+def amount_interval(difference: Difference) -> str:
+    """Return the 95 % interval of `amount`."""
+    if difference.relative or math.isnan(difference.mean) or math.isnan(difference.low):
+        return percent_interval(difference)
+    return measured_interval(difference.low, difference.high)
+
+
 def percent(difference: Difference) -> str:
     """Return a difference in percent."""
     return NOTHING if math.isnan(difference.mean) else _minus(f"{_rounded(difference.mean):+.1f} %")

@@ -22,7 +22,9 @@ from threadpoolctl import threadpool_limits
 
 from tuckerl.errors import DivergenceWarning, RankWarning, ZeroWeightWarning
 from tuckerl.learners.learner import Learner
-from tuckerl.problems.resolve import Environment, Problem, as_problem
+from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.resolve import Environment, Reading, as_problem
+from tuckerl.problems.simulator import Simulator
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.types import IntArray
 
@@ -107,8 +109,7 @@ def _interrupts_ignored() -> Iterator[None]:
 def play_task(study: Study, task: Task) -> Tables:
     """Play one run of one instance with every variant."""
     scenario = study.scenarios[task.scenario]
-    problem = _problem(scenario.problem, task.instance)
-    played = [_play_variant(study, scenario, variant, problem, task) for variant in scenario.variants]
+    played = [_play_variant(study, scenario, variant, task) for variant in scenario.variants]
     return Tables(*(pl.concat(frames) for frames in zip(*played, strict=True)))
 
 
@@ -142,21 +143,36 @@ def _warm_up(study: Study) -> None:
     for scenario in study.scenarios:
         kinds = {(variant.learner, variant.tensor_step is None): variant for variant in scenario.variants}
         for variant in kinds.values():
-            learner = variant.make(_problem(scenario.problem, 0), study.run_seed(scenario, 0, 0))
+            learner = variant.make(_environment(scenario, variant, 0), study.run_seed(scenario, 0, 0))
             with _without_warnings():
                 learner.learn(episodes=1 if variant.tensor_step is None else variant.tensor_step.every)
 
 
+def _environment(scenario: Scenario, variant: Variant, instance: int) -> Environment:
+    """Return what a variant's learner is to play."""
+    reading = variant.learner.reading_of(variant.parameters)
+    if reading.bins is not None:  # not always hashable, and only needed where each learner makes its own
+        return scenario.problem(instance)
+    return _resolved(scenario.problem, instance, reading)
+
+
 @lru_cache(maxsize=64)
-def _problem(make: Callable[[int], Environment], instance: int) -> Problem:
-    return as_problem(make(instance))
+def _resolved(make: Callable[[int], Environment], instance: int, reading: Reading) -> Environment:
+    """Return the arrays or compiled functions, which all learners of a process share; or else the environment.
+
+    What is stepped in Python has a state of its own, so each learner makes one for itself.
+    """
+    env = make(instance)
+    problem = as_problem(env, reading)
+    return problem if isinstance(problem, (TabularMDP, Simulator)) else env
 
 
-def _play_variant(study: Study, scenario: Scenario, variant: Variant, problem: Problem, task: Task) -> Tables:
+def _play_variant(study: Study, scenario: Scenario, variant: Variant, task: Task) -> Tables:
     pictured = variant.name in scenario.pictured and (task.instance, task.run) == (0, 0)
     paths: list[IntArray] = []
+    environment = _environment(scenario, variant, task.instance)
     before = time.thread_time()
-    learner = variant.make(problem, study.run_seed(scenario, task.instance, task.run))
+    learner = variant.make(environment, study.run_seed(scenario, task.instance, task.run))
     with _without_warnings():
         if pictured:
             paths = _learn_with_paths(learner, scenario.n_episodes)

@@ -1,8 +1,8 @@
 """From the runs of two variants to a difference with an interval, and from that to a verdict.
 
 A *pair* is what two variants did from the same seed; its value for each variant is a mean over agents. The difference
-is counted in the claim's favour and divided by the base's mean; its 95 % interval is the bias-corrected and accelerated
-bootstrap over pairs (Efron 1987; ``scipy.stats.bootstrap``).
+is counted in the claim's favour and, if it is relative, divided by the base's mean; its 95 % interval is the
+bias-corrected and accelerated bootstrap over pairs (Efron 1987; ``scipy.stats.bootstrap``).
 """
 
 import math
@@ -33,17 +33,26 @@ MEASURES = {
     "balance": Measure(("run",), pl.col("steps").sum(), larger_is_better=True),
     # The length of the agent's shortest episode: what Figure 10 shows.
     "path": Measure(("instance", "run"), pl.col("steps").min(), larger_is_better=False),
+    # Means over episodes, for problems of which nothing is known: of all, and of the last tenth (rounded up).
+    "return": Measure(("run",), pl.col("return").mean(), larger_is_better=True),
+    "steps": Measure(("run",), pl.col("steps").mean(), larger_is_better=False),
+    "final": Measure(
+        ("run",),
+        pl.col("return").filter(10 * (pl.col("episode") + 1) > 9 * (pl.col("episode").max() + 1)).mean(),
+        larger_is_better=True,
+    ),
 }
 
 
 class Difference(NamedTuple):
-    """A paired difference in the candidate's favour, over the base's mean; NaN where it cannot be told."""
+    """A paired difference in the candidate's favour; NaN where it cannot be told."""
 
     mean: float
     low: float
     high: float
     n_pairs: int
     n_diverged: int  # pairs left out because a run of theirs diverged
+    relative: bool = True  # to the base's mean; otherwise it is in the unit of what is measured
 
     @property
     def verdict(self) -> str:
@@ -57,11 +66,25 @@ def pair_values(runs: pl.DataFrame, variant: str, measure: Measure) -> pl.DataFr
     """Return one row for each pair of a variant: its columns, `value` and `diverged`."""
     pair = list(measure.pair)
     chosen = runs.filter(pl.col("variant") == variant)
-    agents = chosen.group_by([*pair, "agent"]).agg(measure.value.cast(pl.Float64), pl.col("diverged").any())
-    return agents.group_by(pair).agg(pl.col("steps").mean().alias("value"), pl.col("diverged").any()).sort(pair)
+    value = measure.value.cast(pl.Float64).alias("value")
+    agents = chosen.group_by([*pair, "agent"]).agg(value, pl.col("diverged").any())
+    return agents.group_by(pair).agg(pl.col("value").mean(), pl.col("diverged").any()).sort(pair)
 
 
-def compare(runs: pl.DataFrame, base: str, candidate: str, measure: Measure, rng: np.random.Generator) -> Difference:
+def has_one_sign(values: FloatArray) -> bool:
+    """Return whether all are above 0 or all below: then no resample of them has the mean 0, to be divided by."""
+    return bool((values > 0).all() or (values < 0).all())
+
+
+def compare(
+    runs: pl.DataFrame,
+    base: str,
+    candidate: str,
+    measure: Measure,
+    rng: np.random.Generator,
+    *,
+    relative: bool = True,
+) -> Difference:
     """Return by how much `candidate` does better than `base` on the runs of one scenario."""
     pair = list(measure.pair)
     joined = pair_values(runs, base, measure).join(
@@ -70,32 +93,37 @@ def compare(runs: pl.DataFrame, base: str, candidate: str, measure: Measure, rng
     diverged = joined["diverged"] | joined["diverged_candidate"]
     kept = joined.filter(~diverged)
     sign = 1.0 if measure.larger_is_better else -1.0
-    return paired_difference(
-        kept["value"].to_numpy(), kept["value_candidate"].to_numpy(), sign, int(diverged.sum()), rng
-    )
+    values = (kept["value"].to_numpy(), kept["value_candidate"].to_numpy())
+    return paired_difference(*values, sign, int(diverged.sum()), rng, relative=relative)
 
 
 def paired_difference(
-    base: FloatArray, candidate: FloatArray, sign: float, n_diverged: int, rng: np.random.Generator
+    base: FloatArray,
+    candidate: FloatArray,
+    sign: float,
+    n_diverged: int,
+    rng: np.random.Generator,
+    *,
+    relative: bool = True,
 ) -> Difference:
-    """Return the relative paired difference of two samples, (n,) each, with its interval."""
+    """Return the mean paired difference of two samples, (n,) each, with its interval."""
     n_pairs = base.size
-    if n_pairs == 0 or base.mean() == 0:
-        return Difference(math.nan, math.nan, math.nan, n_pairs, n_diverged)
+    if n_pairs == 0 or (relative and base.mean() == 0):
+        return Difference(math.nan, math.nan, math.nan, n_pairs, n_diverged, relative)
 
-    def relative(base: FloatArray, candidate: FloatArray, axis: int = -1) -> FloatArray:
-        difference: FloatArray = sign * (candidate - base).mean(axis=axis) / np.abs(base.mean(axis=axis))
-        return difference
+    def in_favour(base: FloatArray, candidate: FloatArray, axis: int = -1) -> FloatArray:
+        difference: FloatArray = sign * (candidate - base).mean(axis=axis)
+        return difference / np.abs(base.mean(axis=axis)) if relative else difference
 
-    mean = float(relative(base, candidate))
+    mean = float(in_favour(base, candidate))
     if n_pairs < 2:
-        return Difference(mean, math.nan, math.nan, n_pairs, n_diverged)
-    ratios = (candidate - base) / base if base.all() else candidate - base
+        return Difference(mean, math.nan, math.nan, n_pairs, n_diverged, relative)
+    ratios = (candidate - base) / base if relative and base.all() else candidate - base
     if np.ptp(ratios) == 0:  # every resample gives the same number, for which BCa is not defined
-        return Difference(mean, mean, mean, n_pairs, n_diverged)
+        return Difference(mean, mean, mean, n_pairs, n_diverged, relative)
     result = stats.bootstrap(
         (base, candidate),
-        relative,
+        in_favour,
         n_resamples=N_RESAMPLES,
         confidence_level=CONFIDENCE,
         method="BCa",
@@ -105,7 +133,7 @@ def paired_difference(
         rng=rng,
     )
     interval = result.confidence_interval
-    return Difference(mean, float(interval.low), float(interval.high), n_pairs, n_diverged)
+    return Difference(mean, float(interval.low), float(interval.high), n_pairs, n_diverged, relative)
 
 
 class Band(NamedTuple):

@@ -24,6 +24,7 @@ from tuckerl.studies.study import Study
 
 _FORMAT = 1
 _WRITE_ORDER = ("weights", "paths", "times", "runs")
+_SHOWN = ("claims.json", "compare.json", "report.html")  # what reports make of the tables
 
 
 class Store:
@@ -76,7 +77,7 @@ class Store:
                 f"{folder} holds the results of another study ({difference}): choose another folder with --out, or "
                 "replace them with --overwrite"
             )
-        shown = (folder / "claims.json", folder / "report.html", *(folder / "figures").glob("*.*"))
+        shown = (*(folder / name for name in _SHOWN), *(folder / "figures").glob("*.*"))
         for path in (*self._paths().values(), *shown):  # nothing of the other study may stand beside this one's
             path.unlink(missing_ok=True)
         write_whole(folder / "study.json", json.dumps(self._specification, indent=1).encode())

@@ -7,7 +7,7 @@ number of workers least of all, can change a result.
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -150,10 +150,12 @@ class Scenario:
     family: Family
     measure: str  # what its figure shows: a name in statistics.MEASURES
     assumptions: tuple[Assumption, ...]
+    environment: Mapping[str, Any] = field(default_factory=dict)  # as JSON, where the scenario's name does not tell it
 
     def specification(self) -> dict[str, Any]:
         """Return all that decides the scenario's results, as JSON."""
-        return {
+        environment = {"environment": dict(self.environment)} if self.environment else {}
+        return environment | {
             "instances": self.n_instances,
             "runs": self.n_runs,
             "episodes": self.n_episodes,

@@ -1,5 +1,6 @@
 """What figures and the report show: numbers worked out from the tables of a study, and nothing to work out any more."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ class Curve(NamedTuple):
     """A variant's course over the episodes."""
 
     variant: str
-    band: Band  # (E,) of the cumulative measure
+    band: Band  # (E,) of the measure: cumulative in the paper's figures
     against_base: Band  # (E,) this variant minus the first one, paired over the runs that neither left early
     n_runs: int
     n_diverged: int
@@ -72,7 +73,9 @@ def _summary(scenario: Scenario, tables: Tables) -> Summary:
     )
 
 
-class _Samples(NamedTuple):
+class Samples(NamedTuple):
+    """What one variant did in each run."""
+
     runs: IntArray  # (n,) those in which nothing diverged
     values: FloatArray  # (n, E)
     n_diverged: int
@@ -80,8 +83,12 @@ class _Samples(NamedTuple):
 
 def _curves(scenario: Scenario, runs: pl.DataFrame) -> tuple[Curve, ...]:
     names = [variant.name for variant in scenario.variants]
-    samples = {name: _cumulated(runs.filter(pl.col("variant") == name)) for name in names}
-    base = samples[names[0]]
+    return paired_curves({name: _cumulated(runs.filter(pl.col("variant") == name)) for name in names})
+
+
+def paired_curves(samples: Mapping[str, Samples]) -> tuple[Curve, ...]:
+    """Return each variant's curve, paired with the first one's."""
+    base = next(iter(samples.values()))
     curves = []
     for name, own in samples.items():
         _, here, there = np.intersect1d(own.runs, base.runs, return_indices=True)
@@ -90,11 +97,16 @@ def _curves(scenario: Scenario, runs: pl.DataFrame) -> tuple[Curve, ...]:
     return tuple(curves)
 
 
-def _cumulated(runs: pl.DataFrame) -> _Samples:
-    """Return the steps cumulated over episodes: agents averaged, summed over instances."""
+def finite_runs(runs: pl.DataFrame) -> tuple[pl.DataFrame, pl.Series, int]:
+    """Return the rows of a variant's runs that did not diverge, the numbers of these, and how many others there are."""
     by_run = runs.group_by("run").agg(pl.col("diverged").any())
     kept = by_run.filter(~pl.col("diverged"))["run"].sort()
-    finite = runs.filter(pl.col("run").is_in(kept.implode()))
+    return runs.filter(pl.col("run").is_in(kept.implode())), kept, by_run.height - kept.len()
+
+
+def _cumulated(runs: pl.DataFrame) -> Samples:
+    """Return the steps cumulated over episodes: agents averaged, summed over instances."""
+    finite, kept, n_diverged = finite_runs(runs)
     cells = (
         finite.group_by("instance", "run", "episode")
         .agg(pl.col("steps").mean())
@@ -104,7 +116,7 @@ def _cumulated(runs: pl.DataFrame) -> _Samples:
     )
     n_episodes = int(runs["episode"].max() or 0) + 1  # type: ignore[arg-type]  # an integer column
     values = cells["steps"].to_numpy().reshape(-1, n_episodes).cumsum(axis=1)
-    return _Samples(kept.to_numpy(), values, by_run.height - kept.len())
+    return Samples(kept.to_numpy(), values, n_diverged)
 
 
 def _band(samples: FloatArray) -> Band:

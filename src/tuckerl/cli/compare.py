@@ -1,0 +1,65 @@
+"""``tuckerl compare``: two algorithms on one environment, paired by their seeds."""
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def compare(
+    base: Annotated[str, typer.Argument(help="An algorithm; `tuckerl list algorithms` shows them.")],
+    candidate: Annotated[str, typer.Argument(help="The algorithm that is compared with it.")],
+    env: Annotated[str, typer.Option(help="Environment: its id, or MODULE:ID to import what registers it.")],
+    runs: Annotated[int, typer.Option(help="Runs of each, paired by their seeds.")] = 50,
+    episodes: Annotated[int, typer.Option(help="Episodes of each run.")] = 500,
+    agents: Annotated[int | None, typer.Option(help="Agents of a T-version. Default: 1.")] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="NAME=VALUE", help="A parameter of both, or base.NAME or candidate.NAME; may be repeated."
+        ),
+    ] = None,
+    env_settings: Annotated[
+        list[str] | None,
+        typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
+    ] = None,
+    measure: Annotated[
+        str, typer.Option(help="return or steps of an episode, or final: the return in the last tenth of them.")
+    ] = "return",
+    workers: Annotated[int | None, typer.Option(help="Processes. Default: one for each core.")] = None,
+    seed: Annotated[int, typer.Option(help="Decides all results.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results. Default: one in results/compare.")] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace another study's results in the folder.")
+    ] = False,
+) -> None:
+    """Compare two algorithms on an environment; write report.html, a figure, compare.json and runs.parquet.
+
+    Where one of them is a T-version, its constant control is played as well. Finished runs in the folder are not run
+    again.
+    """
+    # Imported here, so that --help is quick.
+    from tuckerl.cli.settings import parse_settings
+    from tuckerl.progress import default_workers, progress_bar
+    from tuckerl.reports import write_comparison
+    from tuckerl.reports.compare_words import outcome
+    from tuckerl.studies.compare import Request, contest
+    from tuckerl.studies.compared import compared
+    from tuckerl.studies.reproduce import run_study
+
+    given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
+    made = contest(Request(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed))
+    folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
+    with progress_bar("runs") as progress:
+        tables = run_study(
+            made.study,
+            folder,
+            workers=default_workers() if workers is None else workers,
+            overwrite=overwrite,
+            progress=progress,
+        )
+    result = compared(made, tables)
+    report = write_comparison(result, folder)
+    typer.echo(outcome(result))
+    typer.echo(f"Report: {report}")

@@ -1,0 +1,43 @@
+"""Reading ``name=value`` from the command line."""
+
+import ast
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from tuckerl.errors import ParameterError
+
+_CONSTANTS = {"true": True, "false": False, "none": None, "null": None}
+
+
+def parse_settings(texts: Sequence[str], option: str = "--set") -> dict[str, Any]:
+    """Return the values of ``name=value`` texts by name.
+
+    A value is read as a Python literal (``0.2``, ``15,3,9,1``, ``"text"``), true, false, none or null in any case as
+    what they say, and anything else as text.
+
+    Raises
+    ------
+    ParameterError
+        If a text is not ``name=value``, or a name comes twice.
+    """
+    settings: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not name or not equals or not value:
+            raise ParameterError(f"{option} must be given NAME=VALUE, such as alpha=0.2; got {text!r}")
+        if name in settings:
+            raise ParameterError(f"{option} must be given {name} once; got {name}={settings[name]!r} and {text!r}")
+        settings[name] = _value(value)
+    return settings
+
+
+def _value(text: str) -> Any:
+    if text.lower() in _CONSTANTS:
+        return _CONSTANTS[text.lower()]
+    try:
+        value = ast.literal_eval(text)
+        json.dumps(value, allow_nan=False)  # what a study cannot write down is not a number, and so is text
+    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+        return text
+    return value

@@ -1,0 +1,65 @@
+"""Environments by name: Gymnasium's, else PettingZoo's."""
+
+from collections.abc import Mapping
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any, Protocol, cast
+
+import gymnasium
+import pettingzoo
+
+from tuckerl.checks import check_name
+from tuckerl.errors import ProblemError, TuckerlError, UnknownNameError
+
+GymEnvironment = gymnasium.Env[Any, Any]
+
+
+class ParallelEnvironment(Protocol):
+    """A PettingZoo parallel environment.
+
+    PettingZoo's own class would do, but it is `Any` to the type checker, and a union with that checks nothing.
+    """
+
+    possible_agents: Any
+
+    def close(self) -> None:
+        """Let go of what the environment holds."""
+
+
+Made = GymEnvironment | ParallelEnvironment
+
+
+def make_environment(name: str, keywords: Mapping[str, Any] = MappingProxyType({})) -> Made:
+    """Return a new environment; "module:id" imports what registers the id first.
+
+    Parameters
+    ----------
+    name : str
+        Gymnasium's id, or else PettingZoo's of a parallel environment.
+    keywords : mapping, optional
+        What the environment's own constructor takes.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such module or id.
+    ProblemError
+        If the environment cannot be made so.
+    """
+    module, _, plain = name.rpartition(":")
+    if module:
+        try:
+            import_module(module)
+        except ModuleNotFoundError as error:
+            raise UnknownNameError(f"unknown environment {name!r}: there is no module {module!r} to import") from error
+    check_name("environment", plain, {*gymnasium.registry, *pettingzoo.parallel_registry})
+    try:
+        if plain in gymnasium.registry:
+            return gymnasium.make(plain, disable_env_checker=True, **keywords)
+        return cast("Made", pettingzoo.make("parallel", plain, **keywords))
+    except TuckerlError:
+        raise
+    except Exception as error:
+        given = ", ".join(f"{key}={value!r}" for key, value in keywords.items())
+        reason = (str(error).strip() or type(error).__name__).splitlines()[0]
+        raise ProblemError(f"cannot make {name}{f' with {given}' if given else ''}: {reason}") from error

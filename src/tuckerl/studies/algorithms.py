@@ -1,0 +1,135 @@
+"""The algorithms by the names that commands know them by. To add one, list it here."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from difflib import get_close_matches
+from inspect import Parameter, signature
+from typing import Any, NamedTuple
+
+from tuckerl.checks import check_name
+from tuckerl.errors import ParameterError, ParameterTypeError
+from tuckerl.generalization.step import TensorStep
+from tuckerl.learners.dyna_h import DynaH
+from tuckerl.learners.learner import Learner
+from tuckerl.learners.parameters import LearnerParameters
+from tuckerl.learners.q_learning import QLearning
+from tuckerl.learners.sarsa import Sarsa
+from tuckerl.learners.sarsa_lambda import SarsaLambda
+from tuckerl.learners.team_q import TeamQ
+
+
+class Algorithm(NamedTuple):
+    """An algorithm, or the T-version of one."""
+
+    name: str
+    title: str
+    learner: type[Learner]
+    source: str
+    share: str | None = None  # the paper's rule, of a T-version; None is the unmodified algorithm
+
+    @property
+    def is_t_version(self) -> bool:
+        """Whether it takes the tensor step."""
+        return self.share is not None
+
+    @property
+    def plays_teams(self) -> bool:
+        """Whether it plays the joint actions of environments of several agents, and nothing else."""
+        return issubclass(self.learner, TeamQ)
+
+
+_LISTED = (
+    Algorithm("q-learning", "Q-learning", QLearning, "Watkins and Dayan 1992; the paper's Figure 1"),
+    Algorithm("tq-learning", "TQ-learning", QLearning, "the paper's Figure 5", "max"),
+    Algorithm("sarsa", "SARSA", Sarsa, "Rummery and Niranjan 1994"),
+    Algorithm("sarsa-lambda", "SARSA(λ)", SarsaLambda, "Rummery and Niranjan 1994; the paper's Figure 2"),
+    Algorithm("tsarsa-lambda", "TSARSA(λ)", SarsaLambda, "the paper's Figure 8", "min"),
+    Algorithm("dyna-h", "DYNA-H", DynaH, "Santos, Martin H. and Lopez 2011; the paper's Figure 6"),
+    Algorithm("dyna-ht", "DYNA-HT", DynaH, "the paper's Figure 7", "max"),
+    Algorithm("team-q", "Team-Q", TeamQ, "Littman 2001, with Watkins' Q(λ) 1989; the paper's section IV.C"),
+    Algorithm("team-tq", "Team-TQ", TeamQ, "the paper's section IV.C", "max"),
+)
+
+ALGORITHMS: dict[str, Algorithm] = {algorithm.name: algorithm for algorithm in _LISTED}
+
+STEP_PARAMETERS: tuple[str, ...] = tuple(field.name for field in fields(TensorStep))
+"""What can be set of a T-version's tensor step."""
+
+_ELSEWHERE = {
+    "n_agents": "give the number of agents with --agents",
+    "seed": "give the seed with --seed",
+    "tensor_step": f"set its own parameters: {', '.join(STEP_PARAMETERS)}",
+}
+
+
+def named_algorithm(name: str) -> Algorithm:
+    """Return the algorithm of this name.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none.
+    """
+    return ALGORITHMS[check_name("algorithm", name, ALGORITHMS)]
+
+
+def parameters_of(algorithm: Algorithm) -> tuple[str, ...]:
+    """Return the names of all that can be set: the learner's own parameters, those of all learners, the step's."""
+    own = [p.name for p in signature(algorithm.learner).parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
+    shared = [name for name in LearnerParameters.__annotations__ if name not in _ELSEWHERE]
+    return (*own, *shared, *(STEP_PARAMETERS if algorithm.is_t_version else ()))
+
+
+def check_setting(algorithms: tuple[Algorithm, ...], name: str) -> None:
+    """Refuse a name that none of the algorithms can be set by, saying what may have been meant.
+
+    Raises
+    ------
+    ParameterTypeError
+        If there is no such parameter.
+    ParameterError
+        If it is set in another way, or belongs to a tensor step that none of them takes.
+    """
+    if any(name in parameters_of(algorithm) for algorithm in algorithms):
+        return
+    who = " and ".join(dict.fromkeys(algorithm.name for algorithm in algorithms))
+    if name in _ELSEWHERE:
+        raise ParameterError(f"{name} of {who} cannot be set by name: {_ELSEWHERE[name]}")
+    if name in STEP_PARAMETERS:
+        t_versions = ", ".join(a.name for a in ALGORITHMS.values() if a.is_t_version)
+        raise ParameterError(f"{name} belongs to the tensor step, which {who} is without: {t_versions} take it")
+    known = list(dict.fromkeys(known for algorithm in algorithms for known in parameters_of(algorithm)))
+    close = get_close_matches(name, known, n=1)
+    hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join(known)}"
+    raise ParameterTypeError(f"{who} has no parameter {name!r}: {hint}")
+
+
+def split_settings(algorithm: Algorithm, settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return what of the settings is the learner's, and what its tensor step's.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError
+        If the algorithm takes no such parameter.
+    """
+    for name in settings:
+        check_setting((algorithm,), name)
+    step = {name: value for name, value in settings.items() if name in STEP_PARAMETERS}
+    return {name: value for name, value in settings.items() if name not in step}, step
+
+
+def tensor_step(algorithm: Algorithm, sizes: tuple[int, int], settings: Mapping[str, Any]) -> TensorStep:
+    """Return a T-version's step: what is not set is the paper's, and the ranks follow from the sizes (S, A).
+
+    The ranks are ours: the paper gives them for its three problems only. Ten actions of more than ten and one less than
+    there are otherwise is what it has for each of these.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError, UnknownNameError
+        If a parameter is out of its range, of the wrong type or not a known name.
+    """
+    n_states, n_actions = sizes
+    ranks = (min(15, n_states), min(10, max(1, n_actions - 1)), 9, 1)
+    chosen: dict[str, Any] = {"every": 10, "ranks": ranks, "weights": "paper", "share": algorithm.share or "none"}
+    return TensorStep(**chosen | dict(settings))

@@ -1,0 +1,50 @@
+import pytest
+from rich.console import Console
+
+from tuckerl.cli import listing, main
+from tuckerl.generalization.sharing import SHARING
+from tuckerl.generalization.weights import WEIGHTINGS
+from tuckerl.problems import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
+from tuckerl.studies.algorithms import ALGORITHMS
+
+
+def listed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    with pytest.raises(SystemExit) as end:
+        main(["list", *arguments])
+    assert end.value.code == 0
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("kind", "names"), [("algorithms", list(ALGORITHMS)), ("weights", list(WEIGHTINGS)), ("shares", list(SHARING))]
+)
+def test_plain_lines_begin_with_the_name(kind: str, names: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    lines = [line.split("\t") for line in listed([kind], capsys).splitlines()]
+    assert [line[0] for line in lines] == names
+    assert all(column for line in lines for column in line), "every name is explained"
+
+
+def test_environments_begin_with_the_librarys_own(capsys: pytest.CaptureFixture[str]) -> None:
+    names = [line.split("\t")[0] for line in listed(["environments"], capsys).splitlines()]
+    assert names[:3] == [*ENVIRONMENTS, *PARALLEL_ENVIRONMENTS]
+    assert "FrozenLake-v1" in names
+
+
+def test_all_is_the_default(capsys: pytest.CaptureFixture[str]) -> None:
+    every = listed([], capsys)
+    assert every == "".join(listed([kind], capsys) for kind in listing.KINDS)
+
+
+def test_on_a_terminal_there_are_tables(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(listing, "Console", lambda: Console(force_terminal=True, width=100))
+    shown = listed(["environments"], capsys)
+    assert "How it is played" in shown
+    assert "MODULE:ID" in shown
+    assert "\t" not in shown
+
+
+def test_an_unknown_kind_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["list", "algoritms"])
+    assert end.value.code == 2
+    assert capsys.readouterr().err == "tuckerl: unknown kind 'algoritms': did you mean 'algorithms'?\n"

@@ -1,0 +1,42 @@
+"""Small comparisons, played or made by hand, of which the results are known."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import polars as pl
+
+from tuckerl.studies.compare import Contest, Request, contest
+from tuckerl.studies.runner import SCHEMAS, Tables
+
+MAZE = "tuckerl/DynaMaze-v0"
+SMALL = {"rows": 6, "columns": 9, "start": (2, 0), "goal": (0, 8)}
+
+
+def request(base: str = "sarsa-lambda", candidate: str = "tsarsa-lambda", **changes: Any) -> Request:
+    """Return a request of tenths of a second."""
+    small = Request(base, candidate, MAZE, SMALL, n_runs=2, n_episodes=20, seed=3)
+    return small._replace(**changes)
+
+
+def small_contest(base: str = "sarsa-lambda", candidate: str = "tsarsa-lambda", **changes: Any) -> Contest:
+    """Return the study of `request`."""
+    return contest(request(base, candidate, **changes))
+
+
+def tables_of(made: Contest, returns: Mapping[str, Sequence[Sequence[float | None]]]) -> Tables:
+    """Return tables in which a variant's run r has these returns, and as many steps as the returns are below 0.
+
+    None from some episode on stands for a run that diverged there; every agent does the same.
+    """
+    runs, times = [], []
+    for variant in made.scenario.variants:
+        for run, episodes in enumerate(returns[variant.name]):
+            key = {"scenario": made.scenario.name, "variant": variant.name, "instance": 0, "run": run}
+            times.append(key | {"agents": variant.n_agents, "seconds": 0.01, "step_seconds": 0.0})
+            for agent in range(variant.n_agents):
+                for episode, value in enumerate(episodes):
+                    steps = None if value is None else round(-value)
+                    row = {"agent": agent, "episode": episode, "steps": steps, "return": value}
+                    runs.append(key | row | {"diverged": value is None})
+    rows = {"runs": runs, "weights": [], "paths": [], "times": times}
+    return Tables(**{name: pl.DataFrame(rows[name], schema=schema) for name, schema in SCHEMAS.items()})
