@@ -410,7 +410,7 @@ def test_the_oracle_counts_costs_as_shares_of_the_least() -> None:
     ("name", "settings", "limit", "gamma", "initial_q", "epsilon", "stages"),
     [
         ("FrozenLake-v1", {"is_slippery": False}, 100, 0.99, 1.0, 0.1, {0.5: 1000}),
-        ("FrozenLake-v1", {}, 100, 0.99, 1.0, 0.1, {0.05: 20_000}),
+        ("FrozenLake-v1", {}, 100, 0.99, 1.0, 0.1, {0.01: 20_000}),
         ("FrozenLake8x8-v1", {"is_slippery": False}, 200, 0.99, 1.0, 0.1, {0.5: 3000}),
         ("FrozenLake8x8-v1", {}, 200, 0.999, 1.0, 0.2, {0.02: 40_000}),
         ("CliffWalking-v1", {}, None, 0.99, 0.0, 0.1, {1.0: 1000}),
