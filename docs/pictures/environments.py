@@ -1,4 +1,4 @@
-"""Draw the environments by their own ``rgb_array``: ``python docs/pictures/environments.py`` writes beside this file."""
+"""Draw the environments by their own ``rgb_array``; ``python docs/pictures/environments.py`` writes them here."""
 
 from pathlib import Path
 from typing import Any

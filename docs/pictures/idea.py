@@ -9,12 +9,12 @@ import matplotlib as mpl
 
 mpl.use("agg")
 
-import matplotlib.pyplot as plt  # noqa: E402  # the backend is chosen first
-import numpy as np  # noqa: E402
-from matplotlib.axes import Axes  # noqa: E402
-from matplotlib.patches import FancyArrowPatch, Polygon, Rectangle  # noqa: E402
+import matplotlib.pyplot as plt  # the backend is chosen first
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import FancyArrowPatch, Polygon, Rectangle
 
-import tuckerl  # noqa: E402
+import tuckerl
 
 HERE = Path(__file__).parent
 BLUE, ORANGE, GREEN, GREY = "#0072B2", "#E69F00", "#009E73", "0.45"
@@ -47,7 +47,7 @@ def bare(axes: Axes) -> None:
 
 def note(axes: Axes, x: float, y: float, text: str, **looks: object) -> None:
     """Write centred text."""
-    axes.text(x, y, text, ha="center", va="center", **{"fontsize": 9, **looks})
+    axes.text(x, y, text, **{"ha": "center", "va": "center", "fontsize": 9, **looks})
 
 
 def draw_tensor(tensor: np.ndarray) -> None:
@@ -116,7 +116,7 @@ def draw_tucker() -> None:
     )
     x = 6.7
     for name, mode, size, wide, high, colour, cuts, use in factors:
-        note(axes, x - 0.45, 1.8, "×", fontsize=13)
+        note(axes, x - 0.45, 1.8, r"$\times$", fontsize=13)
         _matrix(axes, (x, 1.8 - high / 2), (wide, high), colour, cuts)
         note(axes, x + wide / 2, 4.45, f"{mode}\n${name.replace('_p', '_{p}')}$", fontweight="bold")
         note(axes, x + wide / 2, 3.82, size, fontsize=8)
@@ -147,7 +147,7 @@ def draw_omega(tensor: np.ndarray) -> None:
     image = left.imshow(factor, cmap="PuOr", vmin=-largest, vmax=largest)
     for row, column in np.ndindex(factor.shape):
         dark = abs(factor[row, column]) > 0.7 * largest
-        number = f"{factor[row, column]:.2f}".replace("-", "−")
+        number = f"{factor[row, column]:.2f}"
         left.text(column, row, number, ha="center", va="center", fontsize=8, color="white" if dark else "black")
     left.set_yticks(range(4), ACTIONS, fontsize=8)
     left.set_xticks(range(3), ("column 1", "column 2", "column 3"), fontsize=8)
@@ -198,8 +198,8 @@ def draw_windows() -> None:
             for episode in range(5):
                 corner = (left + episode, 2.2 - agent)
                 axes.add_patch(Rectangle(corner, 0.85, 0.7, facecolor=BLUE, alpha=0.25, edgecolor=BLUE, lw=1))
-        weights = "1" if window == 0 else f"$ω_{window}$"
-        note(axes, left + 2.4, 3.5, f"window {window + 1}: rate α · {weights}", fontweight="bold")
+        weights = "" if window == 0 else rf"$\omega_{window}$"
+        note(axes, left + 2.4, 3.5, f"window {window + 1}: rate $\\alpha$ {weights}", fontweight="bold")
         axes.add_patch(Rectangle((left + 5.05, 0.2), 0.5, 2.7, facecolor=ORANGE, alpha=0.6, edgecolor="0.2", lw=1))
         note(axes, left + 5.3, 1.55, "tensor step", rotation=90, fontsize=8)
     for agent in range(AGENTS):

@@ -1,8 +1,8 @@
 """Every example that users read is run: pages, the README, notebooks and docstrings.
 
 On a page (Markdown), the ``python`` blocks run in order in one namespace and an empty folder; a block in ``>>>`` form
-is compared with what it shows. In a ``console`` block, each line that begins with ``$ tuckerl`` runs and must succeed. A
-comment on the line before a block changes that: ``% pending`` (it needs what is not there yet) and ``% not run`` (it
+is compared with what it shows. In a ``console`` block, each line that begins with ``$ tuckerl`` runs and must succeed.
+A comment on the line before a block changes that: ``% pending`` (it needs what is not there yet) and ``% not run`` (it
 takes minutes, or shows what others wrote) skip it.
 """
 
