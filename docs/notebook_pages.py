@@ -1,8 +1,8 @@
 """Show Jupyter notebooks on the site: run them when it is built, and turn them into pages.
 
 A notebook is kept without its outputs, so that what the site shows is what the present code gives, and a changed
-picture is not a change of the file. Markdown cells are read as MyST. A code cell shows its source, then what it printed, the
-value of its last expression and the figures that it left open. A cell that fails stops the build.
+picture is not a change of the file. Markdown cells are read as MyST. A code cell shows its source, then what it
+printed, the value of its last expression and the figures that it left open. A cell that fails stops the build.
 """
 
 import ast
