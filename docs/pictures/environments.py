@@ -28,23 +28,22 @@ def beside(*images: Any) -> Any:
 def dyna_maze() -> None:
     """Show the way that an agent has learned."""
     env = gymnasium.make("tuckerl/DynaMaze-v0", render_mode="rgb_array")
-    agent = tuckerl.DynaH("tuckerl/DynaMaze-v0", planning_steps=50, alpha=0.5, seed=0).learn(episodes=100)
+    agent = tuckerl.QLearning("tuckerl/DynaMaze-v0", alpha=0.5, seed=0).learn(episodes=3000)
     state, _ = env.reset()
     ended = False
     while not ended:
-        state, _, ended, truncated, _ = env.step(agent.predict(state)[0])
-        ended = ended or truncated
+        state, _, terminated, truncated, _ = env.step(agent.predict(state)[0])
+        ended = terminated or truncated
     save(env.render(), "dyna-maze")
 
 
 def cart_pole() -> None:
-    """Show the start, and a pole that leans."""
+    """Show a pole that leans and a push that is to help."""
     env = gymnasium.make("tuckerl/CartPole-v0", render_mode="rgb_array")
     env.reset()
-    start = env.render()
     for action in (8, 8, 8, 8, 6, 6, 6, 6, 6, 4, 4, 4, 4, 4, 4, 4, 16, 16, 18, 20):
         env.step(action)
-    save(beside(start, env.render()), "cart-pole")
+    save(env.render(), "cart-pole")
 
 
 def robot_rescue() -> None:
@@ -52,9 +51,27 @@ def robot_rescue() -> None:
     env = pettingzoo.make("parallel", "tuckerl/RobotRescue-v0", render_mode="rgb_array")
     env.reset()
     start = env.render()
-    for first, second in ((1, 0), (1, 0), (1, 4), (1, 2), (2, 2), (2, 0), (4, 4), (2, 2), (2, 2)):
+    for joint in shortest(tuckerl.robot_rescue())[:10]:
+        first, second = divmod(joint, 5)
         env.step({"robot_0": first, "robot_1": second})
     save(beside(start, env.render()), "robot-rescue")
+
+
+def shortest(mdp: tuckerl.TabularMDP) -> list[int]:
+    """Return the actions of one shortest episode of a deterministic problem (breadth-first)."""
+    arrays = mdp.arrays
+    frontier = [int(arrays.start_state[0])]
+    way: dict[int, list[int]] = {frontier[0]: []}
+    for state in frontier:
+        for action in range(mdp.n_actions):
+            outcome = state * mdp.n_actions + action
+            there = int(arrays.next_state[outcome])
+            if arrays.terminated[outcome]:
+                return [*way[state], action]
+            if there not in way:
+                way[there] = [*way[state], action]
+                frontier.append(there)
+    raise ValueError("no episode ends")
 
 
 if __name__ == "__main__":
