@@ -17,8 +17,9 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 from docutils import nodes
-from myst_parser.sphinx_ import MystParser
+from myst_parser.parsers.sphinx_ import MystParser
 from sphinx.application import Sphinx
+from threadpoolctl import threadpool_limits
 
 
 class NotebookParser(MystParser):
@@ -28,7 +29,7 @@ class NotebookParser(MystParser):
 
     def parse(self, inputstring: str, document: nodes.document) -> None:
         """Run the notebook and parse the page."""
-        name = Path(self.env.doc2path(self.env.docname)).name
+        name = Path(document["source"]).name
         super().parse(page_of(json.loads(inputstring), name), document)
 
 
@@ -36,7 +37,8 @@ def page_of(notebook: dict[str, Any], name: str) -> str:
     """Run a notebook's code cells in order in one namespace and an empty folder; return it as MyST text."""
     namespace: dict[str, Any] = {"__name__": "__main__"}
     parts = []
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), plt.rc_context({"backend": "agg"}):
+    # One thread, because those of a busy machine wait for each other: many times as slow on small matrices.
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), threadpool_limits(1):
         for number, cell in enumerate(notebook["cells"]):
             source = "".join(cell["source"])
             if cell["cell_type"] == "code":

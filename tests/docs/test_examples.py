@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 import tuckerl
 from tuckerl.cli import main
@@ -27,7 +28,14 @@ from tuckerl.cli import main
 ROOT = Path(__file__).parents[2]
 SKIPPED = ("% pending", "% not run")
 DOCTEST = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-FENCE = re.compile(r"(?P<indent> *)(?P<ticks>`{3,})(?P<kind>\S*) *$")
+FENCE = re.compile(r"(?P<indent> *)(?P<ticks>`{3,})(?P<kind>[^\s`]*)[^`]*$")
+
+
+@pytest.fixture(autouse=True)
+def _one_thread() -> Iterator[None]:
+    """Decompose on one thread: those of parallel tests wait for each other, which is many times as slow."""
+    with threadpool_limits(1):
+        yield
 
 
 class Block(NamedTuple):
@@ -187,3 +195,8 @@ def test_a_command_that_fails_is_found() -> None:
     run_console(Block("console", 1, "$ tuckerl --version\n$ make everything"))
     with pytest.raises(AssertionError, match="no-such-command"):
         run_console(Block("console", 1, "$ tuckerl no-such-command"))
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    reference = (ROOT / "docs" / "api.md").read_text("utf-8")
+    assert set(tuckerl.__all__) - {"__version__"} <= set(re.findall(r"tuckerl\.(\w+)", reference))
