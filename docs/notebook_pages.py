@@ -57,6 +57,8 @@ def _run(source: str, namespace: dict[str, Any], where: str) -> str:
         exec(compile(tree, where, "exec"), namespace)  # noqa: S102  # our own notebooks
         if last is not None:
             value = eval(compile(ast.Expression(last.value), where, "eval"), namespace)  # noqa: S307
+            if source.rstrip().endswith(";"):  # as in Jupyter
+                value = None
     text = printed.getvalue() + ("" if value is None else repr(value))
     shown = [f"```text\n{text.rstrip()}\n```"] if text.strip() else []
     return "\n\n".join([*shown, *map(_picture, plt.get_fignums())])
