@@ -14,7 +14,11 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphin
 exclude_patterns = ["_build"]
 html_theme = "pydata_sphinx_theme"
 html_title = "tuckerl"
-html_theme_options = {"header_links_before_dropdown": 8, "navigation_with_keys": False}
+html_theme_options = {
+    "header_links_before_dropdown": 8,
+    "navigation_with_keys": False,
+    "secondary_sidebar_items": ["page-toc"],
+}
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 # Only these have pages below them to navigate.
