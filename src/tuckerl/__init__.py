@@ -24,20 +24,25 @@ if TYPE_CHECKING:
     from tuckerl.learners.sarsa import Sarsa
     from tuckerl.learners.sarsa_lambda import SarsaLambda
     from tuckerl.learners.team_q import TeamQ
+    from tuckerl.problems.bins import quantile_edges
     from tuckerl.problems.cart_pole import cart_pole
+    from tuckerl.problems.joint import JointEnv
     from tuckerl.problems.maze import Maze, random_maze, sutton_maze
     from tuckerl.problems.mdp import TabularMDP
     from tuckerl.problems.robot_rescue import robot_rescue
     from tuckerl.problems.simulator import Simulator
+    from tuckerl.problems.split import SplitEnv
     from tuckerl.tensor import TuckerDecomposition, fold, mode_product, tucker, unfold
 
 __all__ = [
     "DynaH",
+    "JointEnv",
     "Maze",
     "QLearning",
     "Sarsa",
     "SarsaLambda",
     "Simulator",
+    "SplitEnv",
     "TabularMDP",
     "TeamQ",
     "TensorStep",
@@ -48,6 +53,7 @@ __all__ = [
     "errors",
     "fold",
     "mode_product",
+    "quantile_edges",
     "random_maze",
     "robot_rescue",
     "sutton_maze",
@@ -57,11 +63,13 @@ __all__ = [
 
 _HOMES = {
     "DynaH": "learners.dyna_h",
+    "JointEnv": "problems.joint",
     "Maze": "problems.maze",
     "QLearning": "learners.q_learning",
     "Sarsa": "learners.sarsa",
     "SarsaLambda": "learners.sarsa_lambda",
     "Simulator": "problems.simulator",
+    "SplitEnv": "problems.split",
     "TabularMDP": "problems.mdp",
     "TeamQ": "learners.team_q",
     "TensorStep": "generalization.step",
@@ -70,6 +78,7 @@ _HOMES = {
     "cart_pole": "problems.cart_pole",
     "fold": "tensor",
     "mode_product": "tensor",
+    "quantile_edges": "problems.bins",
     "random_maze": "problems.maze",
     "robot_rescue": "problems.robot_rescue",
     "sutton_maze": "problems.maze",

@@ -6,6 +6,7 @@ the kernels that it calls, so the cache folder's name carries a hash of the sour
 edit in any of them starts a fresh folder.
 """
 
+import ctypes
 import functools
 import hashlib
 import math
@@ -17,10 +18,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from llvmlite import ir
 from numba import types as numba_types
 from numba.core import config as numba_config
 from numba.core.errors import NumbaError
-from numba.extending import overload
+from numba.extending import intrinsic, overload
 
 from tuckerl.errors import SimulatorError
 
@@ -106,6 +108,37 @@ def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
     return chosen
 
 
+@intrinsic  # type: ignore[untyped-decorator]  # Numba publishes no type information
+def _call_address(typing_context: Any, address: Any, argument: Any) -> Any:
+    """``address(argument)`` for a C function from int64 to int64."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        number = ir.IntType(64)
+        function = builder.inttoptr(arguments[0], ir.FunctionType(number, [number]).as_pointer())
+        return builder.call(function, [arguments[1]])
+
+    return numba_types.int64(numba_types.int64, numba_types.int64), generate
+
+
+_Callback = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)
+
+
+def python_callback(function: Callable[[int], int]) -> tuple[Any, int]:
+    """Return an object to be kept for as long as kernels may call `function`, and the address for `call_python`.
+
+    What is called so cannot raise: the error would be printed, and the kernel would go on.
+    """
+    callback = _Callback(function)
+    address: Any = ctypes.cast(callback, ctypes.c_void_p).value
+    return callback, int(address)
+
+
+@kernel
+def call_python(address: int, argument: int) -> int:
+    """Call a Python function from a kernel (an eighth of a microsecond)."""
+    return _call_address(address, argument)  # type: ignore[call-arg]  # as kernels see it
+
+
 _types: Any = numba_types
 _cfunc: Any = numba.cfunc
 _ARRAY = _types.float64[::1]
@@ -124,6 +157,11 @@ _RETURNS = {
 }
 _config: Any = numba_config
 _INTERPRETED = bool(_config.DISABLE_JIT)
+if _INTERPRETED:
+
+    def call_python(address: int, argument: int) -> int:
+        """Call a Python function as a kernel does."""
+        return int(_Callback(address)(argument))
 
 
 def compiled_function(function: Callable[..., Any], role: str) -> Any:

@@ -4,11 +4,11 @@ import warnings
 from typing import Any
 
 import gymnasium
-import pettingzoo  # type: ignore[import-untyped]  # it publishes no type information
+import pettingzoo
 import pytest
 from gymnasium.wrappers import OrderEnforcing, TimeLimit, TransformReward
-from pettingzoo.utils import BaseParallelWrapper, parallel_to_aec  # type: ignore[import-untyped]
-from pettingzoo.utils.wrappers import MultiEpisodeParallelEnv  # type: ignore[import-untyped]
+from pettingzoo.utils import BaseParallelWrapper, parallel_to_aec
+from pettingzoo.utils.wrappers import MultiEpisodeParallelEnv
 
 from tuckerl.errors import MazeError, ParameterTypeError, ProblemError, UnknownNameError
 from tuckerl.problems.dyna_maze import DynaMazeEnv

@@ -9,10 +9,10 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-import pettingzoo  # type: ignore[import-untyped]  # it publishes no type information
+import pettingzoo
 import pytest
 from gymnasium.error import ResetNeeded
-from pettingzoo.test import (  # type: ignore[import-untyped]
+from pettingzoo.test import (
     api_test,
     max_cycles_test,
     parallel_api_test,
@@ -20,8 +20,8 @@ from pettingzoo.test import (  # type: ignore[import-untyped]
     render_test,
     seed_test,
 )
-from pettingzoo.test.state_test import state_test  # type: ignore[import-untyped]
-from pettingzoo.utils import parallel_to_aec  # type: ignore[import-untyped]
+from pettingzoo.test.state_test import state_test
+from pettingzoo.utils import parallel_to_aec
 
 from tests.problems.test_robot_rescue import DELIVERY, DOWN, LEFT, RIGHT, STAY, UP
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, UnknownNameError

@@ -29,7 +29,7 @@ def reproduce(
     Finished runs in the folder are not run again.
     """
     # Imported here, so that --help is quick.
-    from tuckerl.cli.progress import progress_bar
+    from tuckerl.progress import progress_bar
     from tuckerl.reports import write_report
     from tuckerl.studies import gain, paper
     from tuckerl.studies import sensitivity as readings

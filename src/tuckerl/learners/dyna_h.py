@@ -14,21 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 from tuckerl._jit import kernel
 from tuckerl.checks import check_int, check_name
 from tuckerl.errors import ProblemError
-from tuckerl.generalization.change_log import ChangeLog, close_episode, mark
-from tuckerl.learners.episodes import (
-    Record,
-    Settings,
-    epsilon_greedy,
-    maxima,
-    note_episode,
-    note_state,
-    random_maximum,
-)
+from tuckerl.generalization.change_log import mark
+from tuckerl.learners.choices import epsilon_greedy, maxima, random_maximum
+from tuckerl.learners.episodes import Agent
 from tuckerl.learners.learner import Learner
 from tuckerl.learners.parameters import LearnerParameters
+from tuckerl.learners.play import NOT_FINITE, algorithm
 from tuckerl.learners.q_learning import update
 from tuckerl.learners.saved import Arrays, of_prefix, with_prefix
-from tuckerl.problems.dynamics import World, reset, step
 from tuckerl.problems.mdp import check_heuristic
 from tuckerl.problems.resolve import Environment
 from tuckerl.rng import below
@@ -119,17 +112,9 @@ def modelled_action(model: Model, state: int, rng: Stream) -> int:
 
 
 @kernel
-def plan(
-    model: Model,
-    planning: Planning,
-    q: FloatArray,
-    rates: FloatArray,
-    log: ChangeLog,
-    start: int,
-    rng: Stream,
-) -> float:
+def plan(model: Model, planning: Planning, agent: Agent, start: int) -> float:
     """Do the planning steps that follow a real one; return the sum of the new values (not finite if one is not)."""
-    state, total = start, 0.0
+    state, total, rng = start, 0.0, agent.rng
     for _ in range(planning.n_steps):
         if planning.walk == Walk.RESTART:
             state = start
@@ -143,42 +128,47 @@ def plan(
         action: Any = np.uint32(chosen)  # unsigned, as states are: a tenth of the time
         outcome = model.outcome[state, action]
         reward, discount, next_state = outcome.reward, outcome.discount, outcome.next_state
-        mark(log, state)
-        total += update(q, state, action, reward, discount, next_state, rates[action])
+        mark(agent.log, state)
+        total += update(agent, state, action, reward, discount, next_state)
         state = next_state
     return total
 
 
+class DynaMethod(NamedTuple):
+    """Dyna-H keeps a model and plans with it."""
+
+    model: Model
+    planning: Planning
+
+
 @kernel
-def play(
-    world: World,
-    model: Model,
-    planning: Planning,
-    q: FloatArray,
-    rates: FloatArray,
-    settings: Settings,
-    log: ChangeLog,
-    record: Record,
-    rng: Stream,
+def first(method: DynaMethod, agent: Agent, state: int, epsilon: float) -> int:
+    """Choose an episode's first action."""
+    return epsilon_greedy(agent, state, epsilon)
+
+
+@kernel
+def turn(
+    method: DynaMethod,
+    agent: Agent,
+    epsilon: float,
+    state: int,
+    action: int,
+    reward: float,
+    discount: float,
+    next_state: int,
+    ended: bool,
 ) -> int:
-    """Play, learn and plan one agent's next episodes; return how many stayed finite."""
-    for episode in range(record.steps.size):
-        state, steps, total, terminated = reset(world, rng), 0, 0.0, False
-        note_state(record, 0, state)
-        while not terminated and steps < world.max_episode_steps:
-            action = epsilon_greedy(q, state, record.epsilon[0], settings.random_ties, rng)
-            next_state, reward, terminated = step(world, state, action, rng)
-            discount = settings.terminal_discount if terminated else settings.gamma
-            mark(log, state)
-            value = update(q, state, action, reward, discount, next_state, rates[action])
-            remember(model, planning.heuristic, state, action, reward, discount, next_state)
-            if not np.isfinite(value + plan(model, planning, q, rates, log, state, rng)):
-                return episode
-            state, steps, total = next_state, steps + 1, total + reward
-            note_state(record, steps, state)
-        note_episode(record, settings, episode, steps, total)
-        close_episode(log, q)
-    return record.steps.size
+    """Learn from a step, plan, and choose the next action."""
+    mark(agent.log, state)
+    value = update(agent, state, action, reward, discount, next_state)
+    remember(method.model, method.planning.heuristic, state, action, reward, discount, next_state)
+    if not np.isfinite(value + plan(method.model, method.planning, agent, state)):
+        return NOT_FINITE
+    return 0 if ended else epsilon_greedy(agent, next_state, epsilon)
+
+
+algorithm(DynaMethod, first=first, turn=turn)
 
 
 class DynaH(Learner):
@@ -238,18 +228,8 @@ class DynaH(Learner):
         )
         self._models = tuple(empty_model(n_states, n_actions) for _ in range(self.n_agents))
 
-    def _play(self, agent: int, record: Record) -> int:
-        return play(
-            self._worlds[agent],
-            self._models[agent],
-            self._planning,
-            self._q[agent],
-            self.alpha * self._weights,
-            self._settings,
-            self._logs[agent],
-            record,
-            self._streams[agent],
-        )
+    def _method(self, agent: int) -> DynaMethod:
+        return DynaMethod(self._models[agent], self._planning)
 
     def _parameters(self) -> dict[str, Any]:
         walk = Walk(self._planning.walk).name.lower()

@@ -1,5 +1,6 @@
 """The parameters that all learners take, and checks of those that only learners know."""
 
+import os
 from collections.abc import Mapping
 from difflib import get_close_matches
 from inspect import Parameter, signature
@@ -7,21 +8,27 @@ from numbers import Real
 from typing import Any, Literal, TypedDict
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tuckerl.checks import check_real
-from tuckerl.errors import ParameterError, ParameterTypeError
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TableSizeError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
+from tuckerl.learners.schedules import Schedule
+from tuckerl.problems.players import PlayersProblem
+from tuckerl.problems.resolve import Problem
 from tuckerl.types import FloatArray, Seed
+
+PLAIN_PARAMETERS = ("alpha", "gamma", "epsilon", "epsilon_decay", "ties", "n_agents", "bootstrap_terminal", "lift")
+"""Those that a saved file holds as JSON."""
 
 
 class LearnerParameters(TypedDict, total=False):
     """The keyword parameters that all learners take; see :class:`Learner`."""
 
-    alpha: float
+    alpha: float | Schedule
     gamma: float
-    epsilon: float
+    epsilon: float | Schedule
     epsilon_decay: float
     ties: Literal["random", "first"]
     initial_q: float | ArrayLike
@@ -29,6 +36,8 @@ class LearnerParameters(TypedDict, total=False):
     bootstrap_terminal: bool
     tensor_step: TensorStep | None
     seed: Seed
+    bins: Any
+    lift: bool
 
 
 def check_known(learner: type, parameters: Mapping[str, object]) -> None:
@@ -83,17 +92,42 @@ def check_initial_q(initial_q: object, shape: tuple[int, int]) -> FloatArray:
     return table
 
 
-def check_observation(observation: ArrayLike, n_states: int) -> NDArray[Any]:
-    """Return a state's number, or several, as an array of integers.
+def check_size(problem: Problem, n_agents: int, step: TensorStep | None) -> int:
+    """Return how many tables there are to be, if the machine has memory for them.
 
     Raises
     ------
-    ParameterError, ParameterTypeError
-        If it is no such number.
+    ParameterError, ProblemError
+        If agents of a PettingZoo environment are asked for more than once, or with a tensor step and unequal spaces.
+    TableSizeError
+        If the tables are larger than the machine's memory.
     """
-    states = np.asarray(observation)
-    if states.dtype.kind not in "iu":
-        raise ParameterTypeError(f"an observation must be a state's number; got {observation!r}")
-    if states.size and (states.min() < 0 or states.max() >= n_states):
-        raise ParameterError(f"an observation must be a state from 0 to {n_states - 1}; got {observation!r}")
-    return states
+    n_tables = n_agents
+    if isinstance(problem, PlayersProblem):
+        n_tables = len(problem.players)
+        if n_agents != 1:
+            raise ParameterError(
+                f"n_agents must stay 1 where each of the environment's {n_tables} agents has a table; got {n_agents}"
+            )
+        if step is not None and not problem.are_equal:
+            raise ProblemError(
+                "a tensor step needs agents whose observations and actions have equal spaces, as it puts their tables "
+                f"into one tensor; those of {problem.source} differ: leave tensor_step out"
+            )
+    size = n_tables * problem.n_states * problem.n_actions * 8
+    memory = _memory()
+    if memory is not None and size > memory:
+        raise TableSizeError(
+            f"the tables would take {size / 2**30:,.1f} GiB ({n_tables} x {problem.n_states} states x "
+            f"{problem.n_actions} actions x 8 bytes), and this machine has {memory / 2**30:,.1f}: use fewer bins, "
+            "agents or actions"
+        )
+    return n_tables
+
+
+def _memory() -> int | None:
+    """Return the machine's memory in bytes, None where the system does not say."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return None

@@ -5,53 +5,58 @@ r"""Q-learning, the paper's Figure 1; with a tensor step, its Figure 5.
 where omega is 1 without a tensor step. (Watkins and Dayan 1992.)
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.generalization.change_log import ChangeLog, close_episode, mark
-from tuckerl.learners.episodes import Record, Settings, epsilon_greedy, note_episode, note_state, row_max
+from tuckerl.generalization.change_log import mark
+from tuckerl.learners.choices import best_value, epsilon_greedy
+from tuckerl.learners.episodes import Agent
 from tuckerl.learners.learner import Learner
-from tuckerl.problems.dynamics import World, reset, step
-from tuckerl.types import FloatArray, Stream
+from tuckerl.learners.play import NOT_FINITE, algorithm
+
+
+class QMethod(NamedTuple):
+    """Q-learning keeps nothing but its table."""
 
 
 @kernel
-def update(
-    q: FloatArray, state: int, action: int, reward: float, discount: float, next_state: int, rate: float
-) -> float:
+def update(agent: Agent, state: int, action: int, reward: float, discount: float, next_state: int) -> float:
     """Move Q(s, a) towards its target and return its new value."""
-    delta = reward + discount * row_max(q, next_state) - q[state, action]
-    q[state, action] += rate * delta
+    q = agent.q
+    delta = reward + discount * best_value(q, agent.forbidden, next_state) - q[state, action]
+    q[state, action] += agent.rates[action] * delta
     return q[state, action]
 
 
 @kernel
-def play(
-    world: World,
-    q: FloatArray,
-    rates: FloatArray,
-    settings: Settings,
-    log: ChangeLog,
-    record: Record,
-    rng: Stream,
+def first(method: QMethod, agent: Agent, state: int, epsilon: float) -> int:
+    """Choose an episode's first action."""
+    return epsilon_greedy(agent, state, epsilon)
+
+
+@kernel
+def turn(
+    method: QMethod,
+    agent: Agent,
+    epsilon: float,
+    state: int,
+    action: int,
+    reward: float,
+    discount: float,
+    next_state: int,
+    ended: bool,
 ) -> int:
-    """Play and learn one agent's next episodes; return how many stayed finite."""
-    for episode in range(record.steps.size):
-        state, steps, total, terminated = reset(world, rng), 0, 0.0, False
-        note_state(record, 0, state)
-        while not terminated and steps < world.max_episode_steps:
-            action = epsilon_greedy(q, state, record.epsilon[0], settings.random_ties, rng)
-            next_state, reward, terminated = step(world, state, action, rng)
-            discount = settings.terminal_discount if terminated else settings.gamma
-            mark(log, state)
-            value = update(q, state, action, reward, discount, next_state, rates[action])
-            if not np.isfinite(value):
-                return episode
-            state, steps, total = next_state, steps + 1, total + reward
-            note_state(record, steps, state)
-        note_episode(record, settings, episode, steps, total)
-        close_episode(log, q)
-    return record.steps.size
+    """Learn from a step and choose the next action."""
+    mark(agent.log, state)
+    value = update(agent, state, action, reward, discount, next_state)
+    if not np.isfinite(value):
+        return NOT_FINITE
+    return 0 if ended else epsilon_greedy(agent, next_state, epsilon)
+
+
+algorithm(QMethod, first=first, turn=turn)
 
 
 class QLearning(Learner):
@@ -71,13 +76,5 @@ class QLearning(Learner):
     (50, 1)
     """
 
-    def _play(self, agent: int, record: Record) -> int:
-        return play(
-            self._worlds[agent],
-            self._q[agent],
-            self.alpha * self._weights,
-            self._settings,
-            self._logs[agent],
-            record,
-            self._streams[agent],
-        )
+    def _method(self, agent: int) -> QMethod:
+        return QMethod()

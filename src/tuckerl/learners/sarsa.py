@@ -5,46 +5,50 @@ r"""SARSA, the paper's equation 4, with an update weighted by omega where there 
 where a' is the action that is taken in s'. (Rummery and Niranjan 1994; Sutton and Barto 2018, section 6.4.)
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.generalization.change_log import ChangeLog, close_episode, mark
-from tuckerl.learners.episodes import Record, Settings, epsilon_greedy, note_episode, note_state
+from tuckerl.generalization.change_log import mark
+from tuckerl.learners.choices import epsilon_greedy
+from tuckerl.learners.episodes import Agent
 from tuckerl.learners.learner import Learner
-from tuckerl.problems.dynamics import World, reset, step
-from tuckerl.types import FloatArray, Stream
+from tuckerl.learners.play import NOT_FINITE, algorithm
+
+
+class SarsaMethod(NamedTuple):
+    """SARSA keeps nothing but its table."""
 
 
 @kernel
-def play(
-    world: World,
-    q: FloatArray,
-    rates: FloatArray,
-    settings: Settings,
-    log: ChangeLog,
-    record: Record,
-    rng: Stream,
+def first(method: SarsaMethod, agent: Agent, state: int, epsilon: float) -> int:
+    """Choose an episode's first action."""
+    return epsilon_greedy(agent, state, epsilon)
+
+
+@kernel
+def turn(
+    method: SarsaMethod,
+    agent: Agent,
+    epsilon: float,
+    state: int,
+    action: int,
+    reward: float,
+    discount: float,
+    next_state: int,
+    ended: bool,
 ) -> int:
-    """Play and learn one agent's next episodes; return how many stayed finite."""
-    for episode in range(record.steps.size):
-        state, steps, total, terminated = reset(world, rng), 0, 0.0, False
-        note_state(record, 0, state)
-        epsilon = record.epsilon[0]
-        action = epsilon_greedy(q, state, epsilon, settings.random_ties, rng)
-        while not terminated and steps < world.max_episode_steps:
-            next_state, reward, terminated = step(world, state, action, rng)
-            discount = settings.terminal_discount if terminated else settings.gamma
-            next_action = epsilon_greedy(q, next_state, epsilon, settings.random_ties, rng)
-            mark(log, state)
-            delta = reward + discount * q[next_state, next_action] - q[state, action]
-            q[state, action] += rates[action] * delta
-            if not np.isfinite(q[state, action]):
-                return episode
-            state, action, steps, total = next_state, next_action, steps + 1, total + reward
-            note_state(record, steps, state)
-        note_episode(record, settings, episode, steps, total)
-        close_episode(log, q)
-    return record.steps.size
+    """Choose the next action and learn from it (after a truncation, too: its value is bootstrapped)."""
+    q = agent.q
+    next_action = epsilon_greedy(agent, next_state, epsilon)
+    mark(agent.log, state)
+    delta = reward + discount * q[next_state, next_action] - q[state, action]
+    q[state, action] += agent.rates[action] * delta
+    return next_action if np.isfinite(q[state, action]) else NOT_FINITE
+
+
+algorithm(SarsaMethod, first=first, turn=turn)
 
 
 class Sarsa(Learner):
@@ -64,13 +68,5 @@ class Sarsa(Learner):
     (50, 1)
     """
 
-    def _play(self, agent: int, record: Record) -> int:
-        return play(
-            self._worlds[agent],
-            self._q[agent],
-            self.alpha * self._weights,
-            self._settings,
-            self._logs[agent],
-            record,
-            self._streams[agent],
-        )
+    def _method(self, agent: int) -> SarsaMethod:
+        return SarsaMethod()

@@ -8,49 +8,58 @@ for all pairs at every step, after e(s, a) <- 1 (replacing) or e(s, a) + 1 (accu
 postponed until a row is looked at: see `traces`. (Rummery and Niranjan 1994; Singh and Sutton 1996.)
 """
 
+from typing import NamedTuple
+
 from tuckerl._jit import kernel
-from tuckerl.generalization.change_log import ChangeLog, close_episode
-from tuckerl.learners.episodes import Record, Settings, epsilon_greedy, note_episode, note_state
+from tuckerl.learners.choices import epsilon_greedy
+from tuckerl.learners.episodes import Agent
+from tuckerl.learners.play import NOT_FINITE, algorithm
 from tuckerl.learners.traces import Traces, bring_up_to_date, learn, settle, value_of
 from tuckerl.learners.tracing import TracingLearner
-from tuckerl.problems.dynamics import World, reset, step
-from tuckerl.types import FloatArray, Stream
+
+
+class SarsaLambdaMethod(NamedTuple):
+    """SARSA(lambda) keeps traces."""
+
+    traces: Traces
 
 
 @kernel
-def play(
-    world: World,
-    traces: Traces,
-    q: FloatArray,
-    rates: FloatArray,
-    settings: Settings,
-    log: ChangeLog,
-    record: Record,
-    rng: Stream,
+def first(method: SarsaLambdaMethod, agent: Agent, state: int, epsilon: float) -> int:
+    """Choose an episode's first action."""
+    bring_up_to_date(method.traces, agent.q, agent.rates, agent.log, state)
+    return epsilon_greedy(agent, state, epsilon)
+
+
+@kernel
+def turn(
+    method: SarsaLambdaMethod,
+    agent: Agent,
+    epsilon: float,
+    state: int,
+    action: int,
+    reward: float,
+    discount: float,
+    next_state: int,
+    ended: bool,
 ) -> int:
-    """Play and learn one agent's next episodes; return how many stayed finite."""
-    for episode in range(record.steps.size):
-        state, steps, total, terminated = reset(world, rng), 0, 0.0, False
-        note_state(record, 0, state)
-        epsilon = record.epsilon[0]
-        bring_up_to_date(traces, q, rates, log, state)
-        action = epsilon_greedy(q, state, epsilon, settings.random_ties, rng)
-        while not terminated and steps < world.max_episode_steps:
-            next_state, reward, terminated = step(world, state, action, rng)
-            discount = settings.terminal_discount if terminated else settings.gamma
-            bring_up_to_date(traces, q, rates, log, next_state)
-            next_action = epsilon_greedy(q, next_state, epsilon, settings.random_ties, rng)
-            value = value_of(traces, q, rates, log, state, action)
-            delta = reward + discount * q[next_state, next_action] - value
-            if not learn(traces, q, rates, log, state, action, delta):
-                return episode
-            state, action, steps, total = next_state, next_action, steps + 1, total + reward
-            note_state(record, steps, state)
-        if not settle(traces, q, rates, log, traces.decay.carried):
-            return episode
-        note_episode(record, settings, episode, steps, total)
-        close_episode(log, q)
-    return record.steps.size
+    """Choose the next action, and let the error reach all pairs that have a trace."""
+    traces, q, rates, log = method.traces, agent.q, agent.rates, agent.log
+    bring_up_to_date(traces, q, rates, log, next_state)
+    next_action = epsilon_greedy(agent, next_state, epsilon)
+    value = value_of(traces, q, rates, log, state, action)
+    delta = reward + discount * q[next_state, next_action] - value
+    return next_action if learn(traces, q, rates, log, state, action, delta) else NOT_FINITE
+
+
+@kernel
+def leave(method: SarsaLambdaMethod, agent: Agent, finished: bool) -> bool:
+    """Bring all rows up to date; traces go on into the next episode only if they are to, and this one was finished."""
+    keep = finished and method.traces.decay.carried
+    return settle(method.traces, agent.q, agent.rates, agent.log, keep)
+
+
+algorithm(SarsaLambdaMethod, first=first, turn=turn, leave=leave)
 
 
 class SarsaLambda(TracingLearner):
@@ -71,14 +80,5 @@ class SarsaLambda(TracingLearner):
     (50, 1)
     """
 
-    def _play(self, agent: int, record: Record) -> int:
-        return play(
-            self._worlds[agent],
-            self._traces[agent],
-            self._q[agent],
-            self.alpha * self._weights,
-            self._settings,
-            self._logs[agent],
-            record,
-            self._streams[agent],
-        )
+    def _method(self, agent: int) -> SarsaLambdaMethod:
+        return SarsaLambdaMethod(self._traces[agent])

@@ -5,22 +5,25 @@ greedy joint action, so that joint actions are partly random. A joint action tha
 came before it did not follow from the policy that is learned. (Littman 2001; Watkins 1989; the paper's section IV.C.)
 """
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Literal, NamedTuple, Unpack
 
 import numpy as np
 
 from tuckerl._jit import kernel
 from tuckerl.checks import check_flag, check_name
-from tuckerl.generalization.change_log import ChangeLog, close_episode
-from tuckerl.learners.episodes import Record, Settings, greedy, note_episode, note_state, row_max
+from tuckerl.learners.choices import best_value, greedy
+from tuckerl.learners.episodes import Agent
 from tuckerl.learners.parameters import LearnerParameters
+from tuckerl.learners.play import NOT_FINITE, algorithm
 from tuckerl.learners.traces import Traces, bring_up_to_date, learn, settle
 from tuckerl.learners.tracing import TracingLearner
-from tuckerl.problems.dynamics import World, reset, step
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.resolve import Environment
+from tuckerl.problems.resolve import Agents, Environment, Reading
+from tuckerl.problems.stepped import SteppedProblem
 from tuckerl.rng import below, uniform
-from tuckerl.types import FloatArray, IntArray, Stream
+from tuckerl.types import IntArray
 
 _TIE = 1e-12  # values this close differ by the order of additions only, which must not decide
 
@@ -33,16 +36,24 @@ class Team(NamedTuple):
     cut: bool  # the traces, by a joint action that is not greedy
 
 
+class TeamMethod(NamedTuple):
+    """Team-Q keeps traces and knows its members."""
+
+    traces: Traces
+    team: Team
+
+
 @kernel
-def team_action(team: Team, q: FloatArray, state: int, epsilon: float, random_ties: bool, rng: Stream) -> int:
+def team_action(team: Team, agent: Agent, state: int, epsilon: float) -> int:
     """Return the joint action of a team whose members explore independently."""
-    sizes, parts, n_exploring = team.sizes, team.parts, 0
+    sizes, parts, n_exploring, place = team.sizes, team.parts, 0, agent.q.shape[1]
     for member in range(sizes.size):
         parts[member] = -1
-        if uniform(rng) < epsilon:
-            parts[member] = below(sizes[member], rng)
+        place //= sizes[member]
+        if uniform(agent.rng) < epsilon:
+            parts[member] = _random_part(agent, state, sizes[member], place)
             n_exploring += 1
-    joint = greedy(q, state, random_ties, rng) if n_exploring < sizes.size else 0
+    joint = greedy(agent, state) if n_exploring < sizes.size else 0
     action, place = 0, 1
     for member in range(sizes.size - 1, -1, -1):  # C order: the last member's part counts ones
         part = parts[member] if parts[member] >= 0 else joint % sizes[member]
@@ -53,46 +64,74 @@ def team_action(team: Team, q: FloatArray, state: int, epsilon: float, random_ti
 
 
 @kernel
-def _is_worse(q: FloatArray, state: int, action: int) -> bool:
-    """Return whether an action's value lies below the row's maximum."""
-    best = row_max(q, state)
-    return q[state, action] < best - _TIE * abs(best)
+def _random_part(agent: Agent, state: int, size: int, place: int) -> int:
+    """Draw what a member may do; its part counts `place` in a joint action.
+
+    Members' masks are independent of each other: a part may be taken where any joint action with it may.
+    """
+    if agent.forbidden.size == 0:
+        return below(size, agent.rng)
+    n_allowed = 0
+    for part in range(size):
+        n_allowed += _part_is_allowed(agent, state, part, size, place)
+    skip = below(n_allowed, agent.rng)
+    part = 0
+    while skip > 0 or not _part_is_allowed(agent, state, part, size, place):
+        skip -= _part_is_allowed(agent, state, part, size, place)
+        part += 1
+    return part
 
 
 @kernel
-def play(
-    world: World,
-    team: Team,
-    traces: Traces,
-    q: FloatArray,
-    rates: FloatArray,
-    settings: Settings,
-    log: ChangeLog,
-    record: Record,
-    rng: Stream,
+def _part_is_allowed(agent: Agent, state: int, part: int, size: int, place: int) -> bool:
+    for action in range(agent.q.shape[1]):
+        if action // place % size == part and not agent.forbidden[state, action]:
+            return True
+    return False
+
+
+@kernel
+def choose(method: TeamMethod, agent: Agent, state: int, epsilon: float) -> int:
+    """Choose a joint action; one whose value lies below the row's maximum cuts the traces, if it is to."""
+    traces, q = method.traces, agent.q
+    bring_up_to_date(traces, q, agent.rates, agent.log, state)
+    action = team_action(method.team, agent, state, epsilon)
+    best = best_value(q, agent.forbidden, state)
+    is_worse = q[state, action] < best - _TIE * abs(best)
+    if method.team.cut and is_worse and not settle(traces, q, agent.rates, agent.log, False):
+        return NOT_FINITE
+    return action
+
+
+@kernel
+def turn(
+    method: TeamMethod,
+    agent: Agent,
+    epsilon: float,
+    state: int,
+    action: int,
+    reward: float,
+    discount: float,
+    next_state: int,
+    ended: bool,
 ) -> int:
-    """Play and learn one team's next episodes; return how many stayed finite."""
-    for episode in range(record.steps.size):
-        state, steps, total, terminated = reset(world, rng), 0, 0.0, False
-        note_state(record, 0, state)
-        while not terminated and steps < world.max_episode_steps:
-            bring_up_to_date(traces, q, rates, log, state)
-            action = team_action(team, q, state, record.epsilon[0], settings.random_ties, rng)
-            if team.cut and _is_worse(q, state, action) and not settle(traces, q, rates, log, False):
-                return episode
-            next_state, reward, terminated = step(world, state, action, rng)
-            discount = settings.terminal_discount if terminated else settings.gamma
-            bring_up_to_date(traces, q, rates, log, next_state)
-            delta = reward + discount * row_max(q, next_state) - q[state, action]
-            if not learn(traces, q, rates, log, state, action, delta):
-                return episode
-            state, steps, total = next_state, steps + 1, total + reward
-            note_state(record, steps, state)
-        if not settle(traces, q, rates, log, traces.decay.carried):
-            return episode
-        note_episode(record, settings, episode, steps, total)
-        close_episode(log, q)
-    return record.steps.size
+    """Let the error reach all pairs that have a trace, and choose the next joint action."""
+    traces, q = method.traces, agent.q
+    bring_up_to_date(traces, q, agent.rates, agent.log, next_state)
+    delta = reward + discount * best_value(q, agent.forbidden, next_state) - q[state, action]
+    if not learn(traces, q, agent.rates, agent.log, state, action, delta):
+        return NOT_FINITE
+    return 0 if ended else choose(method, agent, next_state, epsilon)
+
+
+@kernel
+def leave(method: TeamMethod, agent: Agent, finished: bool) -> bool:
+    """Bring all rows up to date; traces go on into the next episode only if they are to, and this one was finished."""
+    keep = finished and method.traces.decay.carried
+    return settle(method.traces, agent.q, agent.rates, agent.log, keep)
+
+
+algorithm(TeamMethod, first=choose, turn=turn, leave=leave)
 
 
 class TeamQ(TracingLearner):
@@ -107,6 +146,9 @@ class TeamQ(TracingLearner):
         Whether a joint action below the row's maximum zeroes all traces before its own update (Watkins).
     exploration : "members" or "team"
         Whether each member draws on its own, or one draw makes the whole joint action random.
+    team_reward : str
+        What the team is paid: the ``"mean"`` or the ``"sum"`` of its members' rewards, or one member's, by its name. (A
+        problem that carries its joint transitions has settled that.)
 
     References
     ----------
@@ -120,7 +162,7 @@ class TeamQ(TracingLearner):
     (1, 36864, 25)
     """
 
-    _teams = True
+    _agents = Agents.TEAM
 
     def __init__(
         self,
@@ -128,31 +170,31 @@ class TeamQ(TracingLearner):
         *,
         cut: bool = True,
         exploration: Literal["members", "team"] = "members",
+        team_reward: str = "mean",
         lambda_: float = 0.95,
         trace: Literal["replacing", "accumulating"] = "replacing",
         carry_trace: bool = False,
         **parameters: Unpack[LearnerParameters],
     ) -> None:
+        self.team_reward = team_reward
         super().__init__(env, lambda_=lambda_, trace=trace, carry_trace=carry_trace, **parameters)
         self.cut = check_flag("cut", cut)
         self.exploration = check_name("exploration", exploration, ("members", "team"))
         sizes: tuple[int, ...] = (self.problem.n_actions,)
-        if isinstance(self.problem, TabularMDP) and self.exploration == "members":
+        if isinstance(self.problem, (TabularMDP, SteppedProblem)) and self.exploration == "members":
             sizes = self.problem.action_sizes
         self._team = Team(np.array(sizes, dtype=np.int64), np.zeros(len(sizes), dtype=np.int64), self.cut)
 
-    def _play(self, agent: int, record: Record) -> int:
-        return play(
-            self._worlds[agent],
-            self._team,
-            self._traces[agent],
-            self._q[agent],
-            self.alpha * self._weights,
-            self._settings,
-            self._logs[agent],
-            record,
-            self._streams[agent],
-        )
+    def _method(self, agent: int) -> TeamMethod:
+        return TeamMethod(self._traces[agent], self._team)
 
     def _parameters(self) -> dict[str, Any]:
-        return super()._parameters() | {"cut": self.cut, "exploration": self.exploration}
+        return super()._parameters() | {
+            "cut": self.cut,
+            "exploration": self.exploration,
+            "team_reward": self.team_reward,
+        }
+
+    @classmethod
+    def _reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
+        return replace(super()._reading_of(parameters), reward=parameters.get("team_reward", "mean"))

@@ -4,7 +4,7 @@ To add an environment, write its file and list it in `ENVIRONMENTS` or, for seve
 """
 
 import gymnasium
-import pettingzoo  # type: ignore[import-untyped]  # it publishes no type information
+import pettingzoo
 
 ENVIRONMENTS = {
     "tuckerl/CartPole-v0": {"entry_point": "tuckerl.problems.cart_pole:CartPoleEnv", "max_episode_steps": 1000},

@@ -1,7 +1,9 @@
 """How a kernel plays a problem, whatever its kind: begin an episode, take a step."""
 
-from tuckerl._jit import by_kind, kernel
+from tuckerl._jit import by_kind, call_python, kernel
 from tuckerl.problems.mdp import MDPArrays
+from tuckerl.problems.players import PlayersArrays
+from tuckerl.problems.python_world import REWARD_IS_NOT_FINITE, TERMINATED, TRUNCATED
 from tuckerl.problems.simulator import (
     ACTION,
     FROM_STATE,
@@ -14,11 +16,12 @@ from tuckerl.problems.simulator import (
     TO_STATE,
     SimulatorArrays,
 )
+from tuckerl.problems.stepped import NEXT_EPISODE, STATE_SHIFT, SteppedArrays
 from tuckerl.rng import uniform
 from tuckerl.types import FloatArray, Stream
 
-World = MDPArrays | SimulatorArrays
-"""What kernels read of a problem."""
+WorldArrays = MDPArrays | SimulatorArrays | SteppedArrays
+"""What kernels read of a problem that one agent plays."""
 
 
 @kernel
@@ -95,8 +98,75 @@ def _step_simulator(world: SimulatorArrays, state: int, action: int, rng: Stream
     return next_state, reward, terminated
 
 
-reset = by_kind({MDPArrays: _reset_table, SimulatorArrays: _reset_simulator})
+@kernel
+def _reset_stepped(world: SteppedArrays, rng: Stream) -> int:
+    world.clock[0] = 0.0
+    code = call_python(world.call, NEXT_EPISODE)
+    world.status[0] = min(code, 0)
+    return max(code, 0) >> STATE_SHIFT
+
+
+@kernel
+def _step_stepped(world: SteppedArrays, state: int, action: int, rng: Stream) -> tuple[int, float, bool]:
+    world.clock[0] += 1.0
+    code, reward = call_python(world.call, action), world.reward[0]
+    world.status[0] = min(code, 0)
+    if reward - reward != 0.0:  # 0 for a finite number, NaN for any other
+        world.status[0] = REWARD_IS_NOT_FINITE
+    world.truncated[0] = code & TRUNCATED > 0
+    return max(code, 0) >> STATE_SHIFT, reward, code & TERMINATED > 0
+
+
+@kernel
+def _table_is_late(world: MDPArrays, steps: int) -> bool:
+    return steps >= world.max_episode_steps
+
+
+@kernel
+def _simulator_is_late(world: SimulatorArrays, steps: int) -> bool:
+    return steps >= world.max_episode_steps
+
+
+@kernel
+def _stepped_is_late(world: SteppedArrays, steps: int) -> bool:
+    return world.truncated[0] or steps >= world.max_episode_steps
+
+
+@kernel
+def _table_goes_on(world: MDPArrays) -> bool:
+    return False
+
+
+@kernel
+def _simulator_halted(world: SimulatorArrays) -> bool:
+    return world.fault[KIND] > 0.0
+
+
+@kernel
+def _stepped_halted(world: SteppedArrays) -> bool:
+    return world.status[0] < 0
+
+
+@kernel
+def _players_halted(world: PlayersArrays) -> bool:
+    return world.status[0] < 0
+
+
+reset = by_kind({MDPArrays: _reset_table, SimulatorArrays: _reset_simulator, SteppedArrays: _reset_stepped})
 """``reset(world, rng)`` returns the first state of an episode."""
 
-step = by_kind({MDPArrays: _step_table, SimulatorArrays: _step_simulator})
+step = by_kind({MDPArrays: _step_table, SimulatorArrays: _step_simulator, SteppedArrays: _step_stepped})
 """``step(world, state, action, rng)`` returns the next state, the reward and whether the return ends there."""
+
+out_of_time = by_kind({MDPArrays: _table_is_late, SimulatorArrays: _simulator_is_late, SteppedArrays: _stepped_is_late})
+"""``out_of_time(world, steps)`` returns whether the episode is truncated after so many steps."""
+
+halted = by_kind(
+    {
+        MDPArrays: _table_goes_on,
+        SimulatorArrays: _simulator_halted,
+        SteppedArrays: _stepped_halted,
+        PlayersArrays: _players_halted,
+    }
+)
+"""``halted(world)`` returns whether the kernel must return: something is wrong, or Python wants to be asked first."""

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterTypeError, ProblemError
+from tuckerl.problems.worlds import World
 from tuckerl.types import BoolArray, FloatArray, IntArray, StateArray
 
 NO_LIMIT = np.iinfo(np.int64).max
@@ -144,9 +145,11 @@ class TabularMDP:
         mdp.arrays = _read_only(arrays)
         return mdp
 
-    def world(self) -> MDPArrays:
-        """Return what kernels read; all agents may read the same."""
-        return self.arrays
+    is_capped = False  # whether the time limit is ours, as there was none
+
+    def world(self) -> World:
+        """Return a world for one agent; all may read the same arrays."""
+        return World(self.arrays, (self.arrays.forbidden,))
 
     def with_time_limit(self, max_episode_steps: int | None) -> "TabularMDP":
         """Return the same MDP (sharing its arrays) with another limit on an episode's steps."""

@@ -1,40 +1,42 @@
-"""From whatever a user calls an environment to the problem that a kernel plays."""
+"""From whatever a user calls an environment to the problem that kernels play."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
 from importlib import import_module
 from typing import Any, Protocol
 
 import gymnasium
-import pettingzoo  # type: ignore[import-untyped]  # it publishes no type information
+import pettingzoo
 from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
-from pettingzoo.utils import BaseParallelWrapper  # type: ignore[import-untyped]
+from pettingzoo.utils import BaseParallelWrapper
 
-from tuckerl.checks import check_name
-from tuckerl.errors import ParameterTypeError, ProblemError, UnknownNameError
+from tuckerl.checks import check_flag, check_name
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, UnknownNameError
+from tuckerl.problems.joint import JointEnv
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.players import PlayersProblem
+from tuckerl.problems.python_world import STEP_CAP
 from tuckerl.problems.simulator import Simulator
-
-GymEnvironment = gymnasium.Env[Any, Any]
+from tuckerl.problems.stepped import GymEnvironment, SteppedProblem
+from tuckerl.problems.tables import lifted_table
 
 
 class ParallelEnvironment(Protocol):
-    """A PettingZoo parallel environment that carries its joint transitions.
+    """A PettingZoo parallel environment.
 
     PettingZoo's own class would do, but it is `Any` to the type checker, and a union with that checks nothing.
     """
 
-    mdp: TabularMDP
-
-    @property
-    def possible_agents(self) -> Sequence[Any]:
-        """All agents, in the order in which their actions make a joint action."""
+    possible_agents: Any
 
     def close(self) -> None:
         """Let go of what the environment holds."""
 
 
-Problem = TabularMDP | Simulator
+Problem = TabularMDP | Simulator | SteppedProblem | PlayersProblem
+PROBLEMS = (TabularMDP, Simulator, SteppedProblem, PlayersProblem)
 Made = GymEnvironment | ParallelEnvironment
 Environment = str | Made | Callable[[], Made] | Problem | Maze
 
@@ -42,46 +44,86 @@ Environment = str | Made | Callable[[], Made] | Problem | Maze
 _TRANSPARENT = (TimeLimit, OrderEnforcing, PassiveEnvChecker)
 
 
-def as_problem(env: Environment, *, teams: bool = True) -> Problem:
+class Agents(Enum):
+    """What a learner makes of a PettingZoo environment."""
+
+    APART = "every agent has a table of its own"
+    TEAM = "one table over joint observations and joint actions"
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How an environment is to be read.
+
+    Parameters
+    ----------
+    agents : Agents
+    bins
+        How a Box is cut into bins; see :func:`tuckerl.problems.coding.coding`.
+    lift : bool
+        Whether an environment that carries its transitions is played in compiled code.
+    reward : str
+        A team's: the ``"mean"`` or the ``"sum"`` of its members' rewards, or one member's, by its name.
+    """
+
+    agents: Agents = Agents.APART
+    bins: Any = None
+    lift: bool = True
+    reward: str = "mean"
+
+
+def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it is frozen
     """Return what kernels play of `env`.
+
+    A problem of this library is played as it is. An environment is *lifted* into arrays or compiled functions where it
+    carries its own: as an attribute ``mdp`` or ``simulator``, or, as Gymnasium's toy-text environments do, as ``P``
+    with ``initial_state_distrib``. Only wrappers that change nothing may stand around it: Gymnasium's checker, its
+    order enforcer and its time limit, which is taken over. Every other environment is stepped in Python.
 
     Parameters
     ----------
     env
-        A :class:`TabularMDP`, a :class:`Simulator`, a :class:`Maze`; a Gymnasium environment that carries one of the
-        first two as its attribute ``mdp`` or ``simulator``; or a PettingZoo parallel environment whose ``mdp`` is a
-        :class:`TabularMDP` of joint states and joint actions. Environments: by id (Gymnasium's, else PettingZoo's), as
-        an instance, or as a callable that makes one.
-    teams : bool
-        Whether a parallel environment may be played, by its joint actions.
+        A :class:`TabularMDP`, a :class:`Simulator`, a :class:`Maze`; or a Gymnasium environment or a PettingZoo
+        parallel environment: by id (Gymnasium's, else PettingZoo's), as an instance, or as a callable that makes one.
+    reading : Reading
 
     Raises
     ------
     UnknownNameError
         If no environment has this id.
+    SpaceError
+        If its spaces cannot be numbered.
     ProblemError
-        If the environment carries neither, a wrapper changes what it does, or its joint actions do not belong to its
-        agents.
+        If it does not begin, or its joint actions do not belong to its agents.
     """
-    if isinstance(env, (TabularMDP, Simulator)):
-        return env
-    if isinstance(env, Maze):
-        return env.to_mdp()
+    check_flag("lift", reading.lift)
+    if isinstance(env, (*PROBLEMS, Maze)):
+        if reading.bins is not None:
+            raise ParameterError(f"bins are for environments whose observations are a Box; {env!r} has states already")
+        return env.to_mdp() if isinstance(env, Maze) else env
     if isinstance(env, str):
-        return _lift_and_close(_make(env), teams)
+        problem = _read(_make(env), env, lambda: _make(env), reading)
+        if isinstance(problem, (SteppedProblem, PlayersProblem)):
+            problem.id = env
+        return problem
     if isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
-        return _lift(env, teams)
+        return _read(env, _name_of(env), None, reading)
     if callable(env):
         made = env()
         if not isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
             raise ParameterTypeError(
                 f"the callable must make a Gymnasium environment or a PettingZoo parallel environment; it made {made!r}"
             )
-        return _lift_and_close(made, teams)
+        return _read(made, _name_of(made), env, reading)
     raise ParameterTypeError(
         f"env must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that makes "
         f"one, a TabularMDP, a Simulator or a Maze; got {env!r}"
     )
+
+
+def _name_of(env: Any) -> str:
+    specification = getattr(env, "spec", None)
+    return str(getattr(specification, "id", None) or type(env.unwrapped).__name__)
 
 
 def _make(name: str) -> Made:
@@ -99,32 +141,27 @@ def _make(name: str) -> Made:
     return made
 
 
-def _lift_and_close(env: Made, teams: bool) -> Problem:
-    try:
-        return _lift(env, teams)
-    finally:
-        env.close()
-
-
-def _lift(env: Made, teams: bool) -> Problem:
+def _read(env: Any, source: str, make: Callable[[], Any] | None, reading: Reading) -> Problem:
     if isinstance(env, gymnasium.Env):
-        return _lift_single(env)
-    if not teams:
-        raise ProblemError(f"{env} is an environment of several agents: learn on it with tuckerl.TeamQ")
-    return _lift_parallel(env)
+        return _read_single(env, source, make, reading)
+    if reading.agents is Agents.APART:
+        return PlayersProblem(env, source, make, bins=reading.bins)
+    table = _joint_table(env) if reading.lift else None
+    if table is not None:
+        _refuse_bins(reading, source)
+        return table
+    others = None if make is None else lambda: JointEnv(make(), reading.reward)  # type: ignore[misc]  # not None
+    return SteppedProblem(JointEnv(env, reading.reward), source, others, bins=reading.bins)
 
 
-def _lift_parallel(env: Any) -> TabularMDP:
+def _joint_table(env: Any) -> TabularMDP | None:
+    """Return the joint transitions that a parallel environment carries; None where a wrapper may change them."""
     layer = env
-    while isinstance(layer, BaseParallelWrapper):
-        if type(layer) is not BaseParallelWrapper:  # a subclass may override anything; the base passes all on
-            raise _may_change(layer, env)
+    while type(layer) is BaseParallelWrapper:  # a subclass may override anything; the base passes all on
         layer = layer.env
     mdp = getattr(layer, "mdp", None)
-    if not isinstance(mdp, TabularMDP):
-        raise ProblemError(
-            f"{layer} does not carry its joint transitions as an attribute `mdp`: describe it as a tuckerl.TabularMDP"
-        )
+    if isinstance(layer, BaseParallelWrapper) or not isinstance(mdp, TabularMDP):
+        return None
     n_agents = len(layer.possible_agents)
     if len(mdp.action_sizes) != n_agents:
         raise ProblemError(
@@ -134,28 +171,35 @@ def _lift_parallel(env: Any) -> TabularMDP:
     return mdp
 
 
-def _may_change(wrapper: Any, env: Any) -> ProblemError:
-    return ProblemError(
-        f"the wrapper {type(wrapper).__name__} may change what {env.unwrapped} does, so its transitions cannot "
-        "be taken from it: learn on the environment without it"
-    )
+def _read_single(env: GymEnvironment, source: str, make: Callable[[], Any] | None, reading: Reading) -> Problem:
+    inner, limit = _without_transparent_wrappers(env)
+    problem = _own_problem(inner) if reading.lift and not isinstance(inner, gymnasium.Wrapper) else None
+    if problem is None:
+        others = None if make is None else lambda: _without_transparent_wrappers(make())[0]
+        return SteppedProblem(inner, source, others, bins=reading.bins, max_episode_steps=limit)
+    _refuse_bins(reading, source)
+    limits = [steps for steps in (limit, problem.max_episode_steps) if steps is not None]
+    limited = problem.with_time_limit(min(limits, default=STEP_CAP))
+    limited.is_capped = not limits
+    return limited
 
 
-def _lift_single(env: GymEnvironment) -> Problem:
-    limits = []
-    layer: GymEnvironment = env
-    while isinstance(layer, gymnasium.Wrapper):
-        if type(layer) not in _TRANSPARENT:  # a subclass may override anything
-            raise _may_change(layer, env)
+def _without_transparent_wrappers(env: GymEnvironment) -> tuple[GymEnvironment, int | None]:
+    """Return what stands inside of the outermost wrappers that change nothing, and the time limit that they set."""
+    limits, layer = [], env
+    while type(layer) in _TRANSPARENT:  # a subclass may override anything
         if isinstance(layer, TimeLimit):
             limits.append(layer._max_episode_steps)
-        layer = layer.env
-    problem = getattr(layer, "mdp", None) or getattr(layer, "simulator", None)
-    if not isinstance(problem, (TabularMDP, Simulator)):
-        raise ProblemError(
-            f"{layer} carries neither its transitions as an attribute `mdp` nor compiled functions as `simulator`: "
-            "describe it as a tuckerl.TabularMDP or a tuckerl.Simulator"
-        )
-    if problem.max_episode_steps is not None:
-        limits.append(problem.max_episode_steps)
-    return problem.with_time_limit(min(limits)) if limits else problem
+        layer = layer.env  # type: ignore[attr-defined]  # each of them is a wrapper
+    return layer, min(limits, default=None)
+
+
+def _own_problem(env: GymEnvironment) -> TabularMDP | Simulator | None:
+    """Return the transitions that an environment carries."""
+    problem = getattr(env, "mdp", None) or getattr(env, "simulator", None)
+    return problem if isinstance(problem, (TabularMDP, Simulator)) else lifted_table(env)
+
+
+def _refuse_bins(reading: Reading, source: str) -> None:
+    if reading.bins is not None:
+        raise ParameterError(f"bins are for environments whose observations are a Box; {source} has states already")

@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
-from pettingzoo import ParallelEnv  # type: ignore[import-untyped]  # it publishes no type information
+from pettingzoo import ParallelEnv
 
 from tuckerl.checks import check_int, check_name
 from tuckerl.errors import ParameterError

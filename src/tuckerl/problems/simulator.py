@@ -25,7 +25,8 @@ from numpy.typing import ArrayLike
 from tuckerl._jit import compiled_function
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterTypeError, ProblemError, SimulatorError
-from tuckerl.problems.mdp import NO_LIMIT, Layout, MDPArrays, check_heuristic, check_layout
+from tuckerl.problems.mdp import NO_LIMIT, Layout, check_heuristic, check_layout
+from tuckerl.problems.worlds import World
 from tuckerl.types import FloatArray, Stream
 
 Reset = Callable[[FloatArray, FloatArray, Stream], None]
@@ -138,12 +139,14 @@ class Simulator:
         self.heuristic = None if heuristic is None else check_heuristic(heuristic, self.n_states)
         self.layout = check_layout(layout, self.n_states)
 
+    is_capped = False  # whether the time limit is ours, as there was none
+
     @cached_property
     def _compiled(self) -> tuple[Any, ...]:
         return tuple(compiled_function(getattr(self.functions, role), role) for role in _ARGUMENTS)
 
-    def world(self) -> SimulatorArrays:
-        """Return one agent's copy, as kernels read it.
+    def world(self) -> World:
+        """Return one agent's own copy.
 
         Raises
         ------
@@ -151,7 +154,7 @@ class Simulator:
             If a function cannot be compiled, or returns something of another kind than it should.
         """
         reset, step, index = self._compiled
-        return SimulatorArrays(
+        arrays = SimulatorArrays(
             reset=reset,
             step=step,
             index=index,
@@ -163,6 +166,7 @@ class Simulator:
             n_actions=self.n_actions,
             max_episode_steps=self.max_episode_steps or NO_LIMIT,
         )
+        return SimulatorWorld(arrays)
 
     def with_time_limit(self, max_episode_steps: int | None) -> "Simulator":
         """Return the same simulator with another limit on an episode's steps."""
@@ -211,29 +215,36 @@ def _check_limit(max_episode_steps: int | None) -> int | None:
     return min(check_int("max_episode_steps", max_episode_steps, 1), NO_LIMIT)
 
 
-def check_world(world: MDPArrays | SimulatorArrays) -> None:
-    """Raise what a kernel could not: the first impossible thing that a simulator's function returned.
+class SimulatorWorld(World):
+    """One agent's copy of a simulator."""
 
-    A table was checked when it was made.
+    def check(self) -> None:
+        """Raise the first impossible thing that a function returned, and forget it.
 
-    Raises
-    ------
-    SimulatorError
-        If there was one; it names state, action and step.
-    """
-    if isinstance(world, MDPArrays) or world.fault[KIND] == 0:
-        return
-    fault = world.fault
+        Raises
+        ------
+        SimulatorError
+            If there was one; it names state, action and step.
+        """
+        fault = self.arrays.fault
+        if fault[KIND] == 0:
+            return
+        error = _fault_error(fault.copy(), self.arrays.n_states)
+        fault[:] = 0.0
+        raise error
+
+
+def _fault_error(fault: FloatArray, n_states: int) -> SimulatorError:
     where = f"step {fault[STEP]:.0f} of an episode (action {fault[ACTION]:.0f} in state {fault[FROM_STATE]:.0f})"
     if fault[STEP] == 0:
         where = "reset"
     numbers = f"the state array was {fault[NUMBERS:]}"
     if fault[KIND] == OUT_OF_RANGE:
-        raise SimulatorError(
-            f"the simulator's index must lie from 0 to {world.n_states - 1}; after {where} it was "
+        return SimulatorError(
+            f"the simulator's index must lie from 0 to {n_states - 1}; after {where} it was "
             f"{fault[TO_STATE]:.0f} (or index raised an error, which reads as -1); {numbers}"
         )
-    raise SimulatorError(
+    return SimulatorError(
         f"the simulator's rewards and states must be finite; after {where} the reward was {fault[REWARD]} and "
         f"{numbers} (a function that raises an error leaves NaN: call it from Python to see the error)"
     )

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+_held: list[tuple[int, FrameType | None]] = []
+
 
 @contextmanager
 def interrupts_held_back() -> Iterator[None]:
@@ -17,11 +19,16 @@ def interrupts_held_back() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread() or not callable(before):
         yield
         return
-    held: list[tuple[int, FrameType | None]] = []
-    signal.signal(signal.SIGINT, lambda number, frame: held.append((number, frame)))
+    _held.clear()
+    signal.signal(signal.SIGINT, lambda number, frame: _held.append((number, frame)))
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-    if held:
-        before(*held[0])
+    if _held:
+        before(*_held[0])
+
+
+def is_impatient() -> bool:
+    """Return whether a second Ctrl-C came while the first one was held back."""
+    return len(_held) > 1

@@ -1,0 +1,116 @@
+"""Greedy episodes apart from learning, and what they say of a policy."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tuckerl._jit import kernel
+from tuckerl.generalization.change_log import empty_log
+from tuckerl.learners.choices import greedy
+from tuckerl.learners.episodes import Agent, Record, Settings
+from tuckerl.learners.play import algorithm, play, play_together
+from tuckerl.problems.players import PlayersProblem
+from tuckerl.problems.resolve import Problem
+from tuckerl.problems.worlds import World
+from tuckerl.rng import child, stream
+from tuckerl.types import FloatArray, IntArray
+
+CONFIDENCE = 0.95
+N_RESAMPLES = 9999
+_BOOTSTRAP = 2**32 - 1  # the child of the seed for the interval
+_ALL = np.iinfo(np.int64).max
+
+
+class GreedyMethod(NamedTuple):
+    """A policy that is followed and learns nothing."""
+
+
+@kernel
+def first(method: GreedyMethod, agent: Agent, state: int, epsilon: float) -> int:
+    """Choose the greedy action."""
+    return greedy(agent, state)
+
+
+@kernel
+def turn(
+    method: GreedyMethod,
+    agent: Agent,
+    epsilon: float,
+    state: int,
+    action: int,
+    reward: float,
+    discount: float,
+    next_state: int,
+    ended: bool,
+) -> int:
+    """Choose the next greedy action."""
+    return 0 if ended else greedy(agent, next_state)
+
+
+algorithm(GreedyMethod, first=first, turn=turn)
+
+
+class Evaluation(NamedTuple):
+    """What E greedy episodes were like; `mean` is of their returns, over the agents of an environment, too."""
+
+    returns: FloatArray  # (E, N) undiscounted; N is 1, or the number of a PettingZoo environment's agents
+    steps: IntArray  # (E, N)
+    mean: float
+    low: float  # of the 95 % interval of the mean, BCa bootstrap over episodes
+    high: float
+
+
+def evaluate(problem: Problem, q: FloatArray, episodes: int, sequence: np.random.SeedSequence) -> Evaluation:
+    """Play greedy episodes by the first of (N, S, A) tables, or by all where each belongs to an agent of its own.
+
+    Ties go to the lowest action. `sequence` decides all draws.
+    """
+    together = isinstance(problem, PlayersProblem)
+    tables = q if together else q[:1]
+    world = problem.world()
+    world.begin(child(sequence, 0))
+    steps = np.zeros((len(tables), episodes), dtype=np.int64)
+    returns = np.zeros((len(tables), episodes))
+    agents = tuple(
+        _follower(table, world, place, steps[place], returns[place], stream(child(sequence, place)))
+        for place, table in enumerate(tables)
+    )
+    arrays: Any = world.arrays
+    if isinstance(problem, PlayersProblem):
+        play_together(arrays, agents)
+    else:
+        play(arrays, agents[0])
+    world.check()
+    values = returns.mean(axis=0)
+    low, high = mean_interval(values, np.random.default_rng(child(sequence, _BOOTSTRAP)))
+    return Evaluation(returns.T.copy(), steps.T.copy(), float(values.mean()), low, high)
+
+
+def _follower(table: FloatArray, world: World, place: int, steps: IntArray, returns: FloatArray, rng: Any) -> Agent:
+    n_episodes, n_actions = steps.size, table.shape[1]
+    zeros = np.zeros(n_episodes)
+    return Agent(
+        method=GreedyMethod(),
+        q=table,
+        weights=np.ones(n_actions),
+        rates=np.zeros(n_actions),
+        forbidden=world.forbidden[place],
+        settings=Settings(gamma=1.0, terminal_discount=0.0, random_ties=False),
+        log=empty_log(table.shape[0], n_actions, 0),
+        record=Record(steps, returns, np.zeros(1, dtype=np.int64), zeros, zeros, _ALL),
+        rng=rng,
+    )
+
+
+def mean_interval(values: FloatArray, rng: np.random.Generator) -> tuple[float, float]:
+    """Return the 95 % interval of a mean, by the BCa bootstrap (Efron 1987); NaN for a single value."""
+    from scipy import stats  # takes longer to import than to play many an environment
+
+    if values.size < 2:
+        return np.nan, np.nan
+    if np.ptp(values) == 0:  # every resample gives the same mean, for which BCa is not defined
+        return float(values[0]), float(values[0])
+    result = stats.bootstrap(
+        (values,), np.mean, n_resamples=N_RESAMPLES, confidence_level=CONFIDENCE, batch=1000, rng=rng
+    )
+    return float(result.confidence_interval.low), float(result.confidence_interval.high)

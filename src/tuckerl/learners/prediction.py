@@ -1,0 +1,134 @@
+"""From observations, as an environment gives them, to actions, as it takes them."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError
+from tuckerl.problems.coding import Coding
+from tuckerl.problems.masks import MaskReader
+from tuckerl.problems.players import PlayersProblem
+from tuckerl.problems.resolve import Problem
+from tuckerl.problems.stepped import SteppedProblem
+from tuckerl.types import BoolArray, FloatArray
+
+
+def predict(
+    problem: Problem,
+    q: FloatArray,
+    forbidden: Sequence[BoolArray],
+    observation: Any,
+    epsilon: float,
+    rng: np.random.Generator,
+) -> Any:
+    """Return the actions for an observation, or for a batch of them.
+
+    Parameters
+    ----------
+    problem : Problem
+    q : (N, S, A) float64
+    forbidden : sequence of (S, A) bool
+        For each table, or for the first alone.
+    observation
+        A state's number or several; what the environment gives; or a dict of that by agent.
+    epsilon : float
+        The probability of a random action.
+    rng : numpy Generator
+    """
+    if isinstance(problem, PlayersProblem):
+        return _by_player(problem, q, forbidden, observation, epsilon, rng)
+    if not isinstance(problem, SteppedProblem):
+        states = check_observation(observation, problem.n_states)
+        chosen = _choose(q[0], forbidden[0], states, epsilon, rng)
+        return int(chosen) if states.ndim == 0 else chosen
+    if problem.members and isinstance(observation, Mapping):
+        joint = _of_agents(observation, problem.members)
+        actions = predict(problem, q, forbidden, joint, epsilon, rng)
+        return dict(zip(problem.members, actions, strict=True))
+    return _by_coding(
+        problem.read, problem.observations, problem.actions, q[0], forbidden[0], observation, epsilon, rng
+    )
+
+
+def _by_player(
+    problem: PlayersProblem,
+    q: FloatArray,
+    forbidden: Sequence[BoolArray],
+    observations: Any,
+    epsilon: float,
+    rng: np.random.Generator,
+) -> dict[Any, Any]:
+    if not isinstance(observations, Mapping) or not set(observations) <= set(problem.players):
+        raise ObservationError(
+            f"observations must be a dict by agent, of {', '.join(map(str, problem.players))}; got {observations!r}"
+        )
+    chosen = {}
+    for player, observation in observations.items():
+        place = problem.players.index(player)
+        parts = problem.readers[place], problem.observations[place], problem.actions[place]
+        chosen[player] = _by_coding(*parts, q[place], forbidden[place], observation, epsilon, rng)
+    return chosen
+
+
+def _of_agents(observations: Mapping[Any, Any], names: Sequence[Any]) -> tuple[Any, ...]:
+    missing = [name for name in names if name not in observations]
+    if missing:
+        raise ObservationError(
+            f"observations must have one of each agent, {', '.join(map(str, names))}; {missing[0]} has none: for one "
+            "that has left, give its last"
+        )
+    return tuple(observations[name] for name in names)
+
+
+def _by_coding(
+    reader: MaskReader,
+    observations: Coding,
+    actions: Coding,
+    table: FloatArray,
+    forbidden: BoolArray,
+    observation: Any,
+    epsilon: float,
+    rng: np.random.Generator,
+) -> Any:
+    observation = reader.part(observation)
+    if not observations.is_batch(observation):
+        state = np.array(observations.encode(observation))
+        return actions.decode(int(_choose(table, forbidden, state, epsilon, rng)[()]))
+    states = observations.encode_many(observation)
+    return np.array([actions.decode(int(a)) for a in _choose(table, forbidden, states, epsilon, rng)])
+
+
+def _choose(
+    table: FloatArray, forbidden: BoolArray, states: NDArray[Any], epsilon: float, rng: np.random.Generator
+) -> NDArray[Any]:
+    """Return the greedy actions of states, the lowest on ties, or with probability epsilon random ones."""
+    values, allowed = table[states], np.ones(table[states].shape, dtype=np.bool_)
+    if forbidden.size:
+        allowed = ~forbidden[states]
+    actions: NDArray[Any] = np.argmax(np.where(allowed, values, -np.inf), axis=-1)
+    if epsilon > 0:
+        explores = rng.random(states.shape) < epsilon
+        drawn = np.argmax(np.where(allowed, rng.random(values.shape), -1.0), axis=-1)
+        actions = np.where(explores, drawn, actions)
+    return actions
+
+
+def check_observation(observation: ArrayLike, n_states: int) -> NDArray[Any]:
+    """Return a state's number, or several, as an array of integers.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError
+        If it is no such number.
+    """
+    try:
+        states = np.asarray(observation)
+    except ValueError:  # lists of different lengths
+        states = np.zeros(0)
+    if states.dtype.kind not in "iu":
+        raise ParameterTypeError(f"an observation must be a state's number; got {observation!r}")
+    if states.size and (states.min() < 0 or states.max() >= n_states):
+        raise ParameterError(f"an observation must be a state from 0 to {n_states - 1}; got {observation!r}")
+    return states

@@ -1,0 +1,188 @@
+"""What every learner holds and shows: parameters, tables for N agents, their history, prediction and evaluation."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, Unpack
+
+import numpy as np
+
+from tuckerl.checks import check_flag, check_int, check_name, check_real
+from tuckerl.generalization.change_log import ChangeLog, empty_log
+from tuckerl.generalization.step import StepHistory, StepRun, empty_history
+from tuckerl.learners.accounts import Accounts
+from tuckerl.learners.episodes import Settings
+from tuckerl.learners.evaluation import Evaluation, evaluate
+from tuckerl.learners.parameters import (
+    PLAIN_PARAMETERS,
+    LearnerParameters,
+    check_initial_q,
+    check_known,
+    check_size,
+    check_step,
+)
+from tuckerl.learners.prediction import predict
+from tuckerl.learners.schedules import Schedule, as_schedule
+from tuckerl.problems.players import PlayersProblem
+from tuckerl.problems.resolve import Agents, Environment, Problem, Reading, as_problem
+from tuckerl.rng import child, seed_sequence, stream
+from tuckerl.types import FloatArray, IntArray, Seed
+
+_MAX_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
+_PREDICTION_STREAM = 2**32 - 2  # the child of the seed for predict(deterministic=False)
+_EVALUATION_STREAM = 2**32 - 3  # and that for evaluate()
+
+
+class Tables(ABC):
+    """The tables of a learner and all that goes with them; :class:`~tuckerl.learners.learner.Learner` has the rest."""
+
+    _agents: ClassVar[Agents] = Agents.APART  # what it makes of an environment of several agents
+
+    team_reward: str = "mean"
+    """What an environment of several agents pays a team: TeamQ lets it be chosen."""
+
+    def __init__(self, env: Environment, **parameters: Unpack[LearnerParameters]) -> None:
+        check_known(type(self), parameters)
+        self.alpha: float | Schedule = parameters.get("alpha", 0.1)
+        self.gamma = check_real("gamma", parameters.get("gamma", 0.95), 0.0, 1.0)
+        self.epsilon: float | Schedule = parameters.get("epsilon", 0.1)
+        self.epsilon_decay = check_real("epsilon_decay", parameters.get("epsilon_decay", 1.0), 0.0, 1.0)
+        self._alphas = as_schedule("alpha", self.alpha, positive=True)
+        self._epsilons = as_schedule("epsilon", self.epsilon, self.epsilon_decay)
+        self.ties = check_name("ties", parameters.get("ties", "random"), ("random", "first"))
+        self.n_agents = check_int("n_agents", parameters.get("n_agents", 1), 1)
+        self.bootstrap_terminal = check_flag("bootstrap_terminal", parameters.get("bootstrap_terminal", False))
+        self.tensor_step = check_step(parameters.get("tensor_step"))
+        self.diverged_at: int | None = None
+        """The episode in which a table left the finite numbers; learning stopped before it."""
+        self._sequence = seed_sequence(parameters.get("seed"))
+        self.lift = check_flag("lift", parameters.get("lift", True))
+        self.problem: Problem = as_problem(env, self._reading_of({**parameters, "team_reward": self.team_reward}))
+        """What is played: arrays, compiled functions, or an environment that is stepped in Python."""
+        self.n_tables = check_size(self.problem, self.n_agents, self.tensor_step)
+        """Length of the agent axis: `n_agents`, or the number of a PettingZoo environment's agents."""
+        shape = (self.problem.n_states, self.problem.n_actions)
+        self._initial_q = check_initial_q(parameters.get("initial_q", 0.0), shape)
+        self._allocate(shape)
+
+    @classmethod
+    def _reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
+        """Return how a learner with these parameters reads its environment."""
+        return Reading(cls._agents, parameters.get("bins"), parameters.get("lift", True))
+
+    def _allocate(self, shape: tuple[int, int]) -> None:
+        step, n_tables = self.tensor_step, self.n_tables
+        every = step.every if step is not None and step.needs_decomposition else 0
+        limit = min(self.problem.max_episode_steps or _MAX_TRAJECTORY, _MAX_TRAJECTORY)
+        discount = self.gamma if self.bootstrap_terminal else 0.0
+        self._settings = Settings(self.gamma, discount, self.ties == "random")
+        together = isinstance(self.problem, PlayersProblem)
+        self._worlds = [self.problem.world() for _ in range(1 if together else n_tables)]
+        for agent, world in enumerate(self._worlds):
+            world.begin(child(self._sequence, agent))
+        self._q: FloatArray = np.zeros((n_tables, *shape))  # zeros cost nothing until they are touched
+        if self._initial_q.any():
+            self._q += self._initial_q
+        self._weights: FloatArray = np.ones(shape[1])
+        self._rates: FloatArray = np.zeros((n_tables, shape[1]))
+        self._streams = [stream(child(self._sequence, table)) for table in range(n_tables)]
+        self._trajectory: IntArray = np.zeros((n_tables, limit + 1), dtype=np.int64)
+        self._logs: tuple[ChangeLog, ...] = tuple(empty_log(*shape, every) for _ in range(n_tables))
+        self._accounts = Accounts(n_tables)
+        self._courses = (self._alphas.values(0), self._epsilons.values(0))
+        self._run = None if step is None else StepRun(step, self._initial_q, n_tables, self._sequence)
+        self._prediction_rng = np.random.default_rng(child(self._sequence, _PREDICTION_STREAM))
+        self._was_capped = False
+
+    @abstractmethod
+    def _method(self, table: int) -> Any:
+        """Return what the algorithm keeps for a table, as its kernels read it."""
+
+    @property
+    def episodes(self) -> int:
+        """Number of episodes finished."""
+        return self._accounts.episodes
+
+    @property
+    def steps(self) -> IntArray:
+        """Steps of each episode, (episodes, n_tables)."""
+        return self._accounts.steps.T.copy()
+
+    @property
+    def returns(self) -> FloatArray:
+        """Undiscounted return of each episode, (episodes, n_tables)."""
+        return self._accounts.returns.T.copy()
+
+    @property
+    def q(self) -> FloatArray:
+        """A copy of the tables, (n_tables, S, A)."""
+        return self._q.copy()
+
+    @property
+    def action_weights(self) -> FloatArray:
+        """The learning-rate weight of each action, (A,); ones before the first window ends."""
+        return self._weights.copy()
+
+    @property
+    def step_history(self) -> StepHistory:
+        """The weights and the chosen agent of every window; empty without a tensor step."""
+        return empty_history(self.problem.n_actions) if self._run is None else self._run.history
+
+    @property
+    def step_seconds(self) -> float:
+        """Processor time that the tensor step has taken since this learner was made or loaded."""
+        return 0.0 if self._run is None else self._run.seconds
+
+    @property
+    def trajectories(self) -> tuple[IntArray, ...]:
+        """Each agent's states in its latest episode, a million at most; none before the first or after divergence."""
+        if self.episodes == 0 or self.diverged_at is not None or not self._accounts.is_even:
+            return tuple(np.zeros(0, dtype=np.int64) for _ in range(self.n_tables))
+        last = self._accounts.steps[:, -1]
+        return tuple(self._trajectory[table, : n + 1].copy() for table, n in enumerate(last))
+
+    def to_frame(self) -> Any:
+        """Return the history as a Polars frame: a row for each agent and episode, with its steps and return."""
+        import polars as pl  # takes longer to import than all the rest
+
+        table, episode = np.meshgrid(np.arange(self.n_tables), np.arange(self.episodes), indexing="ij")
+        columns = {"agent": table, "episode": episode, "steps": self._accounts.steps, "return": self._accounts.returns}
+        return pl.DataFrame({name: values.ravel() for name, values in columns.items()})
+
+    def predict(self, observation: Any, deterministic: bool = True) -> tuple[Any, None]:
+        """Return agent 0's greedy action for an observation or a batch of them, and None, as Stable-Baselines3 does.
+
+        Observations and actions are the environment's own; for a problem of this library they are numbers. Of a
+        PettingZoo environment's agents they are dicts by agent. The lowest action wins ties; masks that were seen while
+        learning are honoured. With ``deterministic=False`` actions are random with the present probability epsilon.
+
+        Raises
+        ------
+        ParameterError, ParameterTypeError, ObservationError
+            If an observation is none of the environment's.
+        """
+        epsilon = 0.0 if deterministic else float(self._epsilons.values(self.episodes + 1)[-1])
+        forbidden = [table for world in self._worlds for table in world.forbidden]
+        return predict(self.problem, self._q, forbidden, observation, epsilon, self._prediction_rng), None
+
+    def evaluate(self, episodes: int = 100, *, seed: Seed = None) -> Evaluation:
+        """Play greedy episodes apart from learning, which goes on as if they had not been.
+
+        The policy is `predict`'s. The environment is a copy, and every call draws from the same stream, so that two
+        calls without learning between them agree, unless `seed` gives another one.
+
+        Raises
+        ------
+        ProblemError
+            If the environment cannot be copied.
+        """
+        sequence = child(self._sequence, _EVALUATION_STREAM) if seed is None else seed_sequence(seed)
+        return evaluate(self.problem, self._q, check_int("episodes", episodes, 1), sequence)
+
+    def __repr__(self) -> str:
+        parameters = self._parameters() | {"tensor_step": self.tensor_step}
+        listed = ", ".join(f"{name}={value!r}" for name, value in parameters.items())
+        return f"{type(self).__name__}({self.problem}, {listed}): {self.episodes} episodes"
+
+    def _parameters(self) -> dict[str, Any]:
+        """Return the parameters that the constructor takes as JSON."""
+        return {name: getattr(self, name) for name in PLAIN_PARAMETERS}

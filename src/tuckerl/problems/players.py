@@ -1,0 +1,210 @@
+"""Several agents in one PettingZoo environment, each with a table of its own: independent learners.
+
+A kernel lets all agents choose, hands their actions to Python through one callback, and lets all of them learn.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tuckerl._jit import call_python, kernel, python_callback
+from tuckerl.errors import ProblemError
+from tuckerl.interrupts import is_impatient
+from tuckerl.problems.coding import Coding, coding
+from tuckerl.problems.masks import MaskReader
+from tuckerl.problems.mdp import Layout
+from tuckerl.problems.python_world import (
+    LATE,
+    REWARD_IS_NOT_FINITE,
+    STEP_CAP,
+    TERMINATED,
+    TRUNCATED,
+    Environments,
+    PythonWorld,
+)
+from tuckerl.problems.stepped import Edges, read_coding
+from tuckerl.types import BoolArray, FloatArray, IntArray
+
+_BEGIN, _STEP = 0, 1
+
+
+class PlayersArrays(NamedTuple):
+    """What kernels read of an environment of N agents."""
+
+    call: int  # the address of a callback that begins an episode or takes a step
+    before: IntArray  # (N,) each agent's state before the step
+    state: IntArray  # (N,) and after it
+    action: IntArray  # (N,)
+    reward: FloatArray  # (N,)
+    end: IntArray  # (N,) 0, TERMINATED or TRUNCATED
+    playing: BoolArray  # (N,) who has not left
+    status: IntArray  # (1,) 0, or below 0 where the kernel must return
+    clock: FloatArray  # (1,) steps in this episode
+    max_episode_steps: int
+
+
+@kernel
+def step_together(world: PlayersArrays, begin: bool) -> None:
+    """Begin an episode, or take a step with all agents' actions."""
+    world.clock[0] = 0.0 if begin else world.clock[0] + 1.0
+    for player in range(world.state.size):
+        world.before[player] = world.state[player]
+    code = call_python(world.call, _BEGIN if begin else _STEP)
+    total = 0.0
+    for reward in world.reward:
+        total += reward - reward  # 0 for finite numbers, NaN for any other
+    world.status[0] = REWARD_IS_NOT_FINITE if code == 0 and total != 0.0 else code
+
+
+class PlayersProblem:
+    """A PettingZoo parallel environment in which every agent has a table of its own.
+
+    Agents with fewer observations or actions than others have tables as large as the others', of which they use a
+    part.
+
+    Raises
+    ------
+    SpaceError
+        If a space cannot be numbered.
+    ProblemError
+        If the environment does not begin.
+    """
+
+    heuristic: FloatArray | None = None
+    id: str | None = None
+    """The id by which it can be made again; None where an instance or a callable was given."""
+    layout: Layout | None = None
+
+    def __init__(
+        self,
+        env: Any,
+        source: str,
+        make: Callable[[], Any] | None = None,
+        *,
+        bins: Any = None,
+        max_episode_steps: int | None = None,
+    ) -> None:
+        self.source, self._environments = source, Environments(env, source, make)
+        self.players: tuple[Any, ...] = tuple(env.possible_agents)
+        self.readers = tuple(MaskReader(env.observation_space(p), env.action_space(p)) for p in self.players)
+        held = bins if isinstance(bins, list) and all(isinstance(own, Edges) for own in bins) else None
+        self.observations: tuple[Coding, ...] = tuple(
+            read_coding(reader.observation_space, held[place] if held else bins, what=f"observation of {player}")
+            for place, (player, reader) in enumerate(zip(self.players, self.readers, strict=True))
+        )
+        self.actions: tuple[Coding, ...] = tuple(
+            coding(env.action_space(player), what=f"action of {player}") for player in self.players
+        )
+        self.n_states = max(own.n for own in self.observations)
+        self.n_actions = max(own.n for own in self.actions)
+        kinds = {(seen.sizes, done.sizes) for seen, done in zip(self.observations, self.actions, strict=True)}
+        self.are_equal = len(kinds) == 1
+        self.action_sizes = (self.n_actions,)
+        self.max_episode_steps = max_episode_steps or STEP_CAP
+        self.is_capped = max_episode_steps is None
+        has_masks = self._environments.try_out(self._look)
+        self.has_masks = has_masks or len({own.n for own in self.actions}) > 1
+
+    def _look(self, observations: Any, infos: Any) -> bool:
+        """Try to number the first observations; return whether there are masks."""
+        masks = []
+        for player, observation in observations.items():
+            place = self.players.index(player)
+            part, mask = self.readers[place](observation, infos.get(player, {}))
+            self.observations[place].encode(part)
+            masks.append(mask)
+        return any(mask is not None for mask in masks)
+
+    def world(self) -> "PlayersWorld":
+        """Return a world for all agents.
+
+        Raises
+        ------
+        ProblemError
+            If the environment cannot be copied.
+        """
+        return PlayersWorld(self, self._environments.take())
+
+    def __repr__(self) -> str:
+        return (
+            f"PlayersProblem({self.source}, {len(self.players)} agents, {self.n_states} states, {self.n_actions} "
+            f"actions, max_episode_steps={self.max_episode_steps})"
+        )
+
+
+class PlayersWorld(PythonWorld):
+    """The environment of all agents, and the callback by which kernels step it."""
+
+    def __init__(self, problem: PlayersProblem, env: Any) -> None:
+        super().__init__(problem.source, env)
+        n, self.problem = len(problem.players), problem
+        self._places = {player: place for place, player in enumerate(problem.players)}
+        self._callback, address = python_callback(self._call)
+        self.arrays = PlayersArrays(
+            call=address,
+            before=np.zeros(n, dtype=np.int64),
+            state=np.zeros(n, dtype=np.int64),
+            action=np.zeros(n, dtype=np.int64),
+            reward=np.zeros(n),
+            end=np.zeros(n, dtype=np.int64),
+            playing=np.zeros(n, dtype=np.bool_),
+            status=np.zeros(1, dtype=np.int64),
+            clock=np.zeros(1),
+            max_episode_steps=problem.max_episode_steps,
+        )
+        shape = (problem.n_states, problem.n_actions) if problem.has_masks else (0, 0)
+        tables = tuple(np.zeros(shape, dtype=np.bool_) for _ in problem.players)
+        if problem.has_masks:
+            for table, actions in zip(tables, problem.actions, strict=True):
+                if actions.n < problem.n_actions:
+                    table[:, actions.n :] = True
+        self.forbidden = tables
+
+    def _call(self, what: int) -> int:
+        try:
+            if what == _BEGIN:
+                return self._begin_episode()
+            if is_impatient():
+                raise KeyboardInterrupt
+            self._step()
+            return 0
+        except BaseException as error:  # noqa: BLE001  # raised again when the kernel has returned
+            return self.fail(error)
+
+    def _begin_episode(self) -> int:
+        if self.is_late:
+            return LATE
+        observations, infos = self.seeds.reset()
+        self.arrays.playing[:] = False
+        self.arrays.reward[:] = 0.0
+        for player, observation in observations.items():
+            self.arrays.playing[self._places[player]] = True
+            self._note(player, observation, infos.get(player, {}))
+        return 0
+
+    def _step(self) -> None:
+        arrays, actions = self.arrays, self.problem.actions
+        chosen = {
+            player: actions[place].decode(int(arrays.action[place]))
+            for player, place in self._places.items()
+            if arrays.playing[place]
+        }
+        observations, rewards, terminations, truncations, infos = self.env.step(chosen)
+        arrays.end[:] = 0
+        for player in chosen:
+            place = self._places[player]
+            arrays.reward[place] = rewards[player]
+            arrays.end[place] = TERMINATED if terminations[player] else TRUNCATED if truncations[player] else 0
+            self._note(player, observations[player], infos.get(player, {}))
+        if not set(observations) <= set(chosen):
+            late = sorted(map(str, set(observations) - set(chosen)))
+            raise ProblemError(f"agents must be there from an episode's beginning; {', '.join(late)} came later")
+
+    def _note(self, player: Any, observation: Any, info: Any) -> None:
+        place = self._places[player]
+        part, mask = self.problem.readers[place](observation, info)
+        state = self.problem.observations[place].encode(part)
+        self.arrays.state[place] = state
+        if self.problem.has_masks:
+            self.forbidden[place][state, : self.problem.actions[place].n] = False if mask is None else ~mask

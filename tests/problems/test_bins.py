@@ -1,0 +1,167 @@
+"""Edges at the quantiles of random play."""
+
+import math
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.spaces import Box, Discrete
+
+import tuckerl
+from tuckerl import quantile_edges
+from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError, SpaceError, UnknownNameError
+from tuckerl.problems.coding import coding
+
+
+class Ramp(gymnasium.Env[Any, Any]):
+    """Observes (steps since the reset, 7, the last action); counts its closings and remembers its seeds and actions."""
+
+    def __init__(self, length: int = 4, shown: Any = None) -> None:
+        self.observation_space = Box(-np.inf, np.inf, (3,))
+        self.action_space = Discrete(10)
+        self.length = length
+        self.shown = shown
+        self.closed = 0
+        self.seeds: list[int | None] = []
+        self.actions: list[int] = []
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        self.seeds.append(seed)
+        self.time = 0
+        return np.array([0.0, 7.0, -1.0]), {"action_mask": np.arange(10) % 2 == 0}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        self.time += 1
+        self.actions.append(int(action))
+        observation = np.array([self.time, 7.0, action]) if self.shown is None else self.shown
+        return observation, 0.0, False, self.time == self.length, {}
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def test_quantiles_by_hand() -> None:
+    env = Ramp(4)
+    edges = quantile_edges(env, [5, 3, 1], steps=20)
+    # Five episodes of 0 to 4 and the 0 after the last: quantiles of six 0s and five each of 1, 2, 3, 4.
+    seen = [0.0] * 6 + [1.0] * 5 + [2.0] * 5 + [3.0] * 5 + [4.0] * 5
+    assert edges[0].tolist() == np.quantile(seen, [0.2, 0.4, 0.6, 0.8]).tolist()[1:]  # the first, 0, has none below
+    assert edges[1].tolist() == []  # always 7
+    assert edges[2].tolist() == []  # one bin
+    assert coding(env.observation_space, edges).sizes == (4, 1, 1)
+
+
+def test_bins_fill_evenly() -> None:
+    edges = quantile_edges("MountainCar-v0", 5, steps=3000, seed=1)
+    env = gymnasium.make("MountainCar-v0")
+    assert isinstance(env.observation_space, Box)
+    env.action_space.seed(99)
+    seen = [env.reset(seed=99)[0]]
+    for _ in range(3000):
+        observation, _, terminated, truncated, _ = env.step(env.action_space.sample())
+        seen.append(observation)
+        if terminated or truncated:
+            seen.append(env.reset()[0])
+    code = coding(env.observation_space, edges)
+    assert code.layout == (5, 5)
+    rows, columns = np.divmod(code.encode_many(np.array(seen)), 5)
+    assert np.bincount(rows, minlength=5).min() > 0.1 * len(seen)
+    assert np.bincount(columns, minlength=5).min() > 0.1 * len(seen)
+
+
+def test_seeds_repeat_and_differ() -> None:
+    first, again, other = (quantile_edges("CartPole-v1", 4, steps=300, seed=seed) for seed in (0, 0, 1))
+    assert all(map(np.array_equal, first, again))
+    assert not any(map(np.array_equal, first, other))
+    sequence = np.random.SeedSequence(0)
+    assert all(map(np.array_equal, first, quantile_edges("CartPole-v1", 4, steps=300, seed=sequence)))
+
+
+def test_actions_and_environment_have_seeds_of_their_own_and_no_global_one() -> None:
+    np.random.seed(3)  # noqa: NPY002  # to see that it is left alone
+    before = np.random.get_state()[1].tolist()  # type: ignore[index]  # noqa: NPY002
+    env, again = Ramp(), Ramp()
+    quantile_edges(env, 2, steps=50, seed=5)
+    quantile_edges(again, 2, steps=50, seed=5)
+    assert np.random.get_state()[1].tolist() == before  # type: ignore[index]  # noqa: NPY002
+    assert env.actions == again.actions
+    assert env.seeds == again.seeds
+    assert env.seeds[0] is not None
+    assert set(env.seeds[1:]) == {None}
+    assert len(set(env.actions)) == 10
+    even = np.array([1, 0] * 5, np.int8)
+    twin = Discrete(10, seed=env.seeds[0])
+    assert env.actions != [int(twin.sample(even if i % 4 == 0 else None)) for i in range(50)]
+
+
+def test_masked_actions_are_not_taken() -> None:
+    env = Ramp(length=1)  # every action is the first after a reset, where the odd ones are masked
+    quantile_edges(env, 2, steps=50)
+    assert set(env.actions) == {0, 2, 4, 6, 8}
+
+
+def test_what_is_made_is_closed_and_what_is_given_is_not() -> None:
+    env = Ramp()
+    quantile_edges(env, 2, steps=5)
+    assert env.closed == 0
+    quantile_edges(lambda: env, 2, steps=5)
+    assert env.closed == 1
+
+
+def test_what_is_made_is_closed_where_it_is_refused() -> None:
+    env = Ramp(shown=np.zeros(2))
+    with pytest.raises(ObservationError):
+        quantile_edges(lambda: env, 2, steps=5)
+    assert env.closed == 1
+
+
+@pytest.mark.parametrize("shown", [np.array([0.0, math.nan, 0.0]), np.array([0.0, 0.0, math.inf])])
+def test_observations_must_be_finite(shown: Any) -> None:
+    with pytest.raises(
+        ObservationError, match=r"quantiles need finite observations; got array\(.*: give edges instead"
+    ):
+        quantile_edges(Ramp(shown=shown), 2, steps=5)
+
+
+def test_observations_must_have_the_shape_of_their_space() -> None:
+    with pytest.raises(ObservationError, match=r"must have the shape of Box\(.*; got shape \(2,\)"):
+        quantile_edges(Ramp(shown=np.zeros(2)), 2, steps=5)
+
+
+def test_only_boxes_have_quantiles() -> None:
+    with pytest.raises(SpaceError, match=r"observes a Box; .*FrozenLake.* observes Discrete\(16\)"):
+        quantile_edges("FrozenLake-v1", 4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"bins": 0}, ParameterError, "bins of dimension 0 must be a whole number from 1 to"),
+        ({"bins": [2, 2]}, ParameterError, "one entry for each of 3 dimensions; got 2"),
+        ({"bins": [2, 2, [0.5]]}, ParameterTypeError, "bins of dimension 2 must be a whole number"),
+        ({"bins": 2, "steps": 0}, ParameterError, "steps must be a whole number of at least 1; got 0"),
+        ({"bins": 2, "seed": -1}, ParameterError, "seed must be a whole number of at least 0"),
+    ],
+)
+def test_impossible_numbers(arguments: dict[str, Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        quantile_edges(Ramp(), **arguments)
+
+
+@pytest.mark.parametrize("env", [3, lambda: 3, None])
+def test_other_things_than_environments(env: Any) -> None:
+    with pytest.raises(ParameterTypeError, match="env must be a Gymnasium environment, the id of one, or a callable"):
+        quantile_edges(env, 2)
+
+
+def test_misspelt_ids() -> None:
+    with pytest.raises(UnknownNameError, match="unknown environment 'CartPole-v7': did you mean 'CartPole-v1'"):
+        quantile_edges("CartPole-v7", 2)
+    with pytest.raises(UnknownNameError, match="there is no module 'no_such_module'"):
+        quantile_edges("no_such_module:CartPole-v1", 2)
+    assert len(quantile_edges("gymnasium:CartPole-v1", 2, steps=10)) == 4
+
+
+def test_it_is_public() -> None:
+    assert tuckerl.quantile_edges is quantile_edges
