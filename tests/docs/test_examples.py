@@ -89,9 +89,13 @@ def run_console(block: Block) -> None:
             assert end.value.code == 0, line
 
 
+def sources(ending: str) -> list[Path]:
+    """Return the site's sources of a kind, but not what was built of them."""
+    return sorted(page for page in (ROOT / "docs").rglob(f"*.{ending}") if "_build" not in page.parts)
+
+
 def pages() -> list[Path]:
-    found = [page for page in (ROOT / "docs").rglob("*.md") if "_build" not in page.parts]
-    return [ROOT / "README.md", *sorted(page for page in found if any(blocks(page.read_text("utf-8"))))]
+    return [ROOT / "README.md", *(page for page in sources("md") if any(blocks(page.read_text("utf-8"))))]
 
 
 def named(path: Path) -> str:
@@ -109,7 +113,7 @@ def test_every_example_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch: p
             run_console(block)
 
 
-@pytest.mark.parametrize("notebook", sorted((ROOT / "docs").rglob("*.ipynb")), ids=named)
+@pytest.mark.parametrize("notebook", sources("ipynb"), ids=named)
 def test_every_cell_of_a_notebook_runs(notebook: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
