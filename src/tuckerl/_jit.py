@@ -108,7 +108,7 @@ def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
     return chosen
 
 
-@intrinsic  # type: ignore[untyped-decorator]  # Numba publishes no type information
+@intrinsic
 def _call_address(typing_context: Any, address: Any, argument: Any) -> Any:
     """``address(argument)`` for a C function from int64 to int64."""
 

@@ -52,7 +52,7 @@ def test_longer_files_are_refused(path: Path) -> None:
 def test_a_newer_version_is_refused(path: Path) -> None:
     first, _, rest = path.read_bytes().partition(b"\n")
     path.write_bytes(first[:-1] + b"12\n" + rest)
-    with pytest.raises(SavedFileError, match=r"has format 12, and this version .* up to format 1: update tuckerl"):
+    with pytest.raises(SavedFileError, match=r"has format 12, and this version .* up to format 2: update tuckerl"):
         QLearning.load(path)
 
 
@@ -66,7 +66,7 @@ def test_other_files_are_refused(content: bytes, path: Path) -> None:
 @pytest.mark.parametrize("body", [b"", b"no archive"])
 def test_a_body_that_is_no_archive_is_refused(body: bytes, path: Path) -> None:
     digest = hashlib.sha256(body).hexdigest().encode()
-    path.write_bytes(b"tuckerl learner, format 1\n" + digest + b"\n" + body)
+    path.write_bytes(b"tuckerl learner, format 2\n" + digest + b"\n" + body)
     with pytest.raises(SavedFileError, match="holds no readable learner"):
         QLearning.load(path)
 

@@ -168,11 +168,6 @@ def test_saving_into_a_folder_that_does_not_exist(tmp_path: Path) -> None:
         QLearning(PROBLEM, seed=0).save(tmp_path / "nowhere" / "agent.tuckerl")
 
 
-def test_parallel_environments_are_for_teams() -> None:
-    with pytest.raises(ProblemError, match=r"several agents: learn on it with tuckerl\.TeamQ"):
-        QLearning("tuckerl/RobotRescue-v0")
-
-
 def test_numbers_too_large_for_a_float_are_refused() -> None:
     with pytest.raises(ParameterError, match="alpha must be a number in"):
         QLearning(PROBLEM, alpha=10**400)

@@ -10,8 +10,8 @@ import pytest
 from tests.learners.worlds import random_mdp
 from tuckerl import QLearning, TensorStep
 from tuckerl.generalization.sharing import ShareContext
-from tuckerl.learners.episodes import Record
-from tuckerl.learners.interrupts import interrupts_held_back
+from tuckerl.interrupts import interrupts_held_back
+from tuckerl.learners.q_learning import QMethod
 
 PROBLEM = random_mdp(41)
 
@@ -26,11 +26,11 @@ class Interrupted(QLearning):
 
     pressed = False
 
-    def _play(self, agent: int, record: Record) -> int:
-        if agent == 1 and not self.pressed:
+    def _method(self, table: int) -> QMethod:
+        if table == 1 and not self.pressed:
             self.pressed = True
             signal.raise_signal(signal.SIGINT)
-        return super()._play(agent, record)
+        return super()._method(table)
 
 
 @pytest.mark.parametrize("step", [None, TensorStep(every=5, ranks=(2, 2, 2, 1))])

@@ -15,7 +15,6 @@ from tuckerl.learners import traces as module
 from tuckerl.learners.learner import Learner
 from tuckerl.learners.team_q import Team, team_action
 from tuckerl.learners.traces import ERA, ROWS
-from tuckerl.rng import seed_sequence, stream
 
 HALVES: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "seed": 0}
 
@@ -171,9 +170,9 @@ def test_bootstrap_terminal_means_the_same_to_all() -> None:
 
 def test_members_explore_on_their_own() -> None:
     team = Team(np.array([3, 2]), np.zeros(2, dtype=np.int64), cut=True)
-    q, rng, counts = np.array([[0.0, 0, 0, 1, 0, 0]]), stream(seed_sequence(1)), np.zeros(6)
+    agent, counts = agent_of(np.array([[0.0, 0, 0, 1, 0, 0]]), seed=1), np.zeros(6)
     for _ in range(20_000):
-        counts[team_action(team, q, 0, 0.5, True, rng)] += 1
+        counts[team_action(team, agent, 0, 0.5)] += 1
     # The greedy parts are 1 and 1: a member plays its own with 1/2 + 1/2 / size.
     first, second = np.array([1 / 6, 4 / 6, 1 / 6]), np.array([1 / 4, 3 / 4])
     np.testing.assert_allclose(counts / 20_000, np.outer(first, second).ravel(), atol=0.012)

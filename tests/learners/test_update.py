@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.learners.worlds import corridor
+from tests.learners.worlds import agent_of, corridor
 from tuckerl import DynaH, QLearning, TabularMDP, sutton_maze
 from tuckerl.learners.q_learning import update
 
@@ -23,11 +23,13 @@ def one_way(length: int, limit: int = 100) -> TabularMDP:
 
 def test_one_update_by_hand() -> None:
     q = np.array([[1.0, 2.0], [4.0, 3.0]])
+    agent = agent_of(q)
+    agent.rates[:] = 1.0, 0.25
     # 2 + 0.25 (1 + 0.5 x 4 - 2) = 2.25
-    assert update(q, 0, 1, 1.0, 0.5, 1, 0.25) == 2.25
+    assert update(agent, 0, 1, 1.0, 0.5, 1) == 2.25
     np.testing.assert_array_equal(q, [[1.0, 2.25], [4.0, 3.0]])
     # At the end nothing is bootstrapped: 4 + 1 (-2 - 4) = -2
-    update(q, 1, 0, -2.0, 0.0, 0, 1.0)
+    update(agent, 1, 0, -2.0, 0.0, 0)
     np.testing.assert_array_equal(q, [[1.0, 2.25], [-2.0, 3.0]])
 
 
@@ -111,7 +113,12 @@ def test_dyna_h_finds_the_shortest_path_of_suttons_maze() -> None:
 
 def test_epsilon_decays_by_episode() -> None:
     learner = QLearning(corridor(), epsilon=0.8, epsilon_decay=0.5, n_agents=2, seed=0).learn(3)
-    assert learner._epsilon.tolist() == [[0.1], [0.1]]
+    assert learner._epsilons.values(4).tolist() == [0.8, 0.4, 0.2, 0.1]
+    # In the fourth episode, then, three in ten thousand of the actions are not greedy: 0.1 x 1/2 of 20,000 are.
+    assert (
+        abs(np.mean([learner.predict(0, deterministic=False)[0] != learner.predict(0)[0] for _ in range(4000)]) - 0.05)
+        < 0.012
+    )
 
 
 def test_epsilon_zero_and_first_tie_take_the_lowest_action() -> None:

@@ -13,7 +13,9 @@ from tests.reference.sarsa_lambda import SarsaLambdaLearner
 from tests.reference.team_q import TeamQLearner
 from tuckerl import Maze, Simulator, TabularMDP
 from tuckerl.errors import MazeError
-from tuckerl.rng import uniform
+from tuckerl.generalization.change_log import empty_log
+from tuckerl.learners.episodes import Agent, Record, Settings
+from tuckerl.rng import seed_sequence, stream, uniform
 from tuckerl.types import FloatArray
 from tuckerl.types import Stream as Words
 
@@ -88,6 +90,22 @@ def random_mdp(
         max_episode_steps=limit,
         heuristic=rng.integers(4, size=n_states).astype(np.float64),
         action_sizes=action_sizes,
+    )
+
+
+def agent_of(q: FloatArray, *, seed: int = 0, forbidden: Any = None, random_ties: bool = True) -> Agent:
+    """An agent as kernels read it, with a table and without a method, an episode or a log."""
+    nothing, none = np.zeros(0), np.zeros(0, dtype=np.int64)
+    return Agent(
+        method=None,
+        q=q,
+        weights=np.ones(q.shape[1]),
+        rates=np.zeros(q.shape[1]),
+        forbidden=np.zeros((0, 0), dtype=np.bool_) if forbidden is None else np.asarray(forbidden, dtype=np.bool_),
+        settings=Settings(gamma=0.95, terminal_discount=0.0, random_ties=random_ties),
+        log=empty_log(*q.shape, 0),
+        record=Record(none, nothing, none, nothing, nothing, 0),
+        rng=stream(seed_sequence(seed)),
     )
 
 

@@ -17,7 +17,7 @@ from tuckerl.problems import dynamics
 from tuckerl.problems.cart_pole import CartPoleEnv, cart_pole
 from tuckerl.problems.cart_pole_view import CART, GROUND, HEIGHT, POLE, PUSH, SKY, TRACK, WIDTH
 from tuckerl.problems.resolve import as_problem
-from tuckerl.problems.simulator import Simulator, SimulatorArrays, check_world
+from tuckerl.problems.simulator import Simulator, SimulatorArrays
 from tuckerl.rng import seed_sequence, stream
 from tuckerl.types import FloatArray
 
@@ -87,22 +87,23 @@ def test_single_steps_equal_the_twin(changes: dict[str, float], reward: str) -> 
 @pytest.mark.parametrize("changes", [{}, OTHERS], ids=["defaults", "others"])
 def test_compiled_trajectories_equal_the_twin(changes: dict[str, float]) -> None:
     world = cart_pole(**changes).world()  # type: ignore[arg-type]  # numbers only
+    arrays = world.arrays
     p = twin.DEFAULTS | changes
     rng = stream(seed_sequence(3))
     drawn = np.random.default_rng(3)
     for _ in range(20):
-        state = dynamics.reset(world, rng)
+        state = dynamics.reset(arrays, rng)
         slow: twin.State = (0.0, 0.0, 0.0, 0.01)
         assert state == twin.row(slow, p)
         failed = False
         while not failed:
             action = int(drawn.integers(21))
-            state, reward, failed = dynamics.step(world, state, action, rng)
+            state, reward, failed = dynamics.step(arrays, state, action, rng)
             slow = twin.move(slow, action, p)
-            np.testing.assert_allclose(world.state, slow, rtol=1e-12, atol=1e-12)
+            np.testing.assert_allclose(arrays.state, slow, rtol=1e-12, atol=1e-12)
             assert reward == pytest.approx(twin.shaped(slow, p), rel=1e-12, abs=1e-12)
             assert (state, failed) == (twin.row(slow, p), twin.row(slow, p) >= 108)
-    check_world(world)
+    world.check()
 
 
 def test_the_first_step_by_hand() -> None:
@@ -119,7 +120,7 @@ def test_the_first_step_by_hand() -> None:
 
 
 def test_golden_trajectory() -> None:
-    world = cart_pole().world()
+    world = cart_pole().world().arrays
     rng = stream(seed_sequence(0))
     assert dynamics.reset(world, rng) == 27
     seen, states, rewards = [], [], []
@@ -220,7 +221,7 @@ def test_the_middle_action_pushes_not_and_the_others_mirror() -> None:
 def test_compiled_and_interpreted_agree_to_the_last_bit() -> None:
     for reward in ("shaped", "sign"):
         simulator = cart_pole(start="uniform", reward=reward)
-        world, state = simulator.world(), np.zeros(4)
+        world, state = simulator.world().arrays, np.zeros(4)
         compiled, interpreted = (stream(seed_sequence(8)) for _ in range(2))
         actions = np.random.default_rng(8).integers(21, size=1000)
         failed = True
@@ -247,12 +248,12 @@ def starts(world: SimulatorArrays, n: int, seed: int) -> FloatArray:
 
 
 def test_uniform_starts() -> None:
-    found = starts(cart_pole(start="uniform").world(), 1500, 4)
+    found = starts(cart_pole(start="uniform").world().arrays, 1500, 4)
     assert np.abs(found).max() <= 0.05
     for i in range(4):
         assert kstest(found[:, i], "uniform", (-0.05, 0.1)).pvalue > 0.01
     assert np.abs(np.corrcoef(found.T) - np.eye(4)).max() < 0.1
-    assert np.array_equal(starts(cart_pole().world(), 3, 4), [[0.0, 0.0, 0.0, 0.01]] * 3)
+    assert np.array_equal(starts(cart_pole().world().arrays, 3, 4), [[0.0, 0.0, 0.0, 0.01]] * 3)
 
 
 @pytest.mark.parametrize(
@@ -279,7 +280,7 @@ def test_impossible_parameters(parameters: dict[str, Any], error: type[Exception
 
 def test_limits_may_be_changed_and_parameters_not() -> None:
     assert cart_pole().max_episode_steps == 1000
-    assert cart_pole(max_episode_steps=None).world().max_episode_steps > 10**18
+    assert cart_pole(max_episode_steps=None).world().arrays.max_episode_steps > 10**18
     with pytest.raises(ValueError, match="read-only"):
         cart_pole().parameters[0] = 1.0
 
@@ -321,7 +322,7 @@ def test_the_environment_equals_the_kernel(start: str) -> None:
     env = CartPoleEnv(start=start)
     four = CartPoleEnv(start=start, discrete=False)
     assert env.simulator is not None
-    world = env.simulator.world()
+    world = env.simulator.world().arrays
     for seed in range(5):
         observation, _ = env.reset(seed=seed)
         numbers, _ = four.reset(seed=seed)

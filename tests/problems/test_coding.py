@@ -388,7 +388,7 @@ def test_what_is_outside_the_space_is_refused(space: gymnasium.Space[Any], bins:
 @pytest.mark.parametrize(
     ("space", "bins", "values", "message"),
     [
-        (Discrete(3), None, np.array([0, 3]), r"observation must be a whole number from 0 to 2 .*; got np.int64\(3\)"),
+        (Discrete(3), None, np.array([0, 3]), r"observation must be a whole number from 0 to 2, .*; got np.int64\(3\)"),
         (Discrete(3), None, np.array([0.0, 1.0]), r"a batch of observation must be .* of shape \(batch\); got array"),
         (Discrete(3), None, np.array([False, True]), "a batch of observation must be a whole number"),
         (Discrete(3), None, 2, "a batch of observation"),

@@ -10,15 +10,24 @@ from gymnasium.wrappers import OrderEnforcing, TimeLimit, TransformReward
 from pettingzoo.utils import BaseParallelWrapper, parallel_to_aec
 from pettingzoo.utils.wrappers import MultiEpisodeParallelEnv
 
-from tuckerl.errors import MazeError, ParameterTypeError, ProblemError, UnknownNameError
+from tuckerl.errors import MazeError, ParameterError, ParameterTypeError, ProblemError, SpaceError, UnknownNameError
 from tuckerl.problems.dyna_maze import DynaMazeEnv
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.resolve import as_problem
+from tuckerl.problems.players import PlayersProblem
+from tuckerl.problems.python_world import STEP_CAP
+from tuckerl.problems.resolve import Agents, Problem, Reading, as_problem
 from tuckerl.problems.robot_rescue_env import RobotRescueEnv
+from tuckerl.problems.stepped import SteppedProblem
 
 ID = "tuckerl/DynaMaze-v0"
 TEAM_ID = "tuckerl/RobotRescue-v0"
+TEAM = Reading(Agents.TEAM)
+
+
+def table_of(problem: Problem) -> Any:
+    assert isinstance(problem, TabularMDP)
+    return problem.arrays.next_state
 
 
 class WatchedMaze(DynaMazeEnv):
@@ -77,7 +86,7 @@ def test_a_misspelt_id_is_put_right(name: str) -> None:
 
 def test_instances_are_not_closed_and_callables_are(watched: type[WatchedMaze]) -> None:
     env = watched()
-    assert as_problem(env) is env.mdp
+    assert table_of(as_problem(env)) is env.mdp.arrays.next_state
     assert as_problem(TimeLimit(env, 5)).max_episode_steps == 5
     assert watched.closed == 0
     assert as_problem(watched).n_states == 54
@@ -86,8 +95,10 @@ def test_instances_are_not_closed_and_callables_are(watched: type[WatchedMaze]) 
 
 
 def test_what_a_callable_made_is_closed_when_it_is_refused(watched: type[WatchedMaze]) -> None:
-    with pytest.raises(ProblemError):
-        as_problem(lambda: TransformReward(watched(), float))
+    with pytest.raises(ParameterError, match="bins are for environments whose observations are a Box"):
+        as_problem(lambda: watched(), Reading(bins=3))
+    assert watched.closed == 1
+    as_problem(lambda: watched(), Reading(lift=False))
     assert watched.closed == 1
 
 
@@ -97,19 +108,46 @@ def test_the_strictest_of_several_time_limits_holds() -> None:
     assert as_problem(TimeLimit(TimeLimit(env, 20), 30)).max_episode_steps == 20
     env.mdp = env.mdp.with_time_limit(10)
     assert as_problem(TimeLimit(env, 20)).max_episode_steps == 10
-    assert as_problem(gymnasium.make(ID, max_episode_steps=-1)).max_episode_steps is None
 
 
-def test_wrappers_that_may_change_what_happens_are_refused() -> None:
-    with pytest.raises(ProblemError, match=r"the wrapper TransformReward may change what .* learn on the environment"):
-        as_problem(TimeLimit(TransformReward(gymnasium.make(ID), float), 10))
-    with pytest.raises(ProblemError, match="the wrapper ObedientTimeLimit may change"):
-        as_problem(ObedientTimeLimit(WatchedMaze(), 10))
+def test_an_environment_without_a_time_limit_gets_a_cap() -> None:
+    for env in (gymnasium.make(ID, max_episode_steps=-1), "CliffWalking-v1"):
+        for lift in (True, False):
+            problem = as_problem(env, Reading(lift=lift))
+            assert (problem.max_episode_steps, problem.is_capped) == (STEP_CAP, True)
+    assert not as_problem(ID).is_capped
+    assert not as_problem(ID, Reading(lift=False)).is_capped
 
 
-def test_an_environment_without_its_transitions_is_refused() -> None:
-    with pytest.raises(ProblemError, match="carries neither its transitions"):
-        as_problem("CartPole-v1")
+def test_what_a_wrapper_may_change_is_stepped() -> None:
+    wrapped = as_problem(TimeLimit(TransformReward(gymnasium.make(ID), float), 10))
+    assert isinstance(wrapped, SteppedProblem)
+    assert wrapped.max_episode_steps == 10
+    assert isinstance(as_problem(ObedientTimeLimit(WatchedMaze(), 10)), SteppedProblem)
+
+
+def test_lifting_can_be_forbidden() -> None:
+    problem = as_problem(ID, Reading(lift=False))
+    assert isinstance(problem, SteppedProblem)
+    assert (problem.n_states, problem.n_actions, problem.max_episode_steps) == (39 * 36, 4, 2000)
+    assert isinstance(as_problem(TEAM_ID, Reading(Agents.TEAM, lift=False)), SteppedProblem)
+
+
+def test_toy_text_is_lifted() -> None:
+    problem = as_problem("FrozenLake-v1")
+    assert isinstance(problem, TabularMDP)
+    assert (problem.n_states, problem.max_episode_steps, problem.layout) == (16, 100, (4, 4))
+    # The passenger remembers more than the table.
+    taxi = as_problem(lambda: gymnasium.make("Taxi-v4", fickle_passenger=True))
+    assert isinstance(taxi, SteppedProblem)
+    assert taxi.has_masks
+
+
+def test_a_box_without_bounds_needs_edges() -> None:
+    with pytest.raises(SpaceError, match="quantile_edges"):
+        as_problem("CartPole-v1", Reading(bins=5))
+    with pytest.raises(SpaceError, match="actions"):
+        as_problem("Pendulum-v1", Reading(bins=5))
 
 
 @pytest.mark.parametrize("env", [3, None, [ID]])
@@ -144,7 +182,7 @@ class WatchedRescue(RobotRescueEnv):
 def test_parallel_environments_by_id(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        problem = as_problem(name)
+        problem = as_problem(name, TEAM)
     assert isinstance(problem, TabularMDP)
     assert (problem.n_states, problem.action_sizes, problem.max_episode_steps) == (36_864, (5, 5), 1000)
 
@@ -158,28 +196,33 @@ def test_a_misspelt_parallel_id_is_put_right(name: str) -> None:
 def test_parallel_instances_are_not_closed_and_callables_are() -> None:
     watched: type[WatchedRescue] = type("Watched", (WatchedRescue,), {"closed": 0})
     env = watched()
-    assert as_problem(env) is env.mdp
-    assert as_problem(BaseParallelWrapper(env)) is env.mdp
+    assert as_problem(env, TEAM) is env.mdp
+    assert as_problem(BaseParallelWrapper(env), TEAM) is env.mdp
     assert watched.closed == 0
-    assert as_problem(watched).max_episode_steps == 7
+    assert as_problem(watched, TEAM).max_episode_steps == 7
     assert watched.closed == 1
-    assert as_problem(lambda: pettingzoo.make("parallel", TEAM_ID, max_cycles=9)).max_episode_steps == 9
-    assert as_problem(lambda: pettingzoo.make("parallel", TEAM_ID, max_cycles=-1)).max_episode_steps is None
+    assert as_problem(lambda: pettingzoo.make("parallel", TEAM_ID, max_cycles=9), TEAM).max_episode_steps == 9
+    unlimited = as_problem(lambda: pettingzoo.make("parallel", TEAM_ID, max_cycles=-1), TEAM)
+    assert unlimited.max_episode_steps == STEP_CAP
 
 
-def test_parallel_wrappers_that_may_change_what_happens_are_refused() -> None:
-    with pytest.raises(ProblemError, match="the wrapper MultiEpisodeParallelEnv may change what RobotRescue-v0 does"):
-        as_problem(BaseParallelWrapper(MultiEpisodeParallelEnv(WatchedRescue(), 2)))
+def test_what_a_parallel_wrapper_may_change_is_stepped() -> None:
+    wrapped = BaseParallelWrapper(MultiEpisodeParallelEnv(WatchedRescue(), 2))
+    assert isinstance(as_problem(wrapped, TEAM), SteppedProblem)
 
 
-def test_a_parallel_environment_needs_joint_transitions() -> None:
+def test_joint_transitions_must_belong_to_the_agents() -> None:
     env = WatchedRescue()
     env.mdp = TabularMDP([[0] * 25], [[0] * 25], [[True] * 25])
     with pytest.raises(ProblemError, match=r"one of its action_sizes for each of the 2 agents; got \(25,\)"):
-        as_problem(env)
-    env.mdp = None  # type: ignore[assignment]  # that is the point
-    with pytest.raises(ProblemError, match="does not carry its joint transitions"):
-        as_problem(env)
+        as_problem(env, TEAM)
+
+
+def test_agents_have_tables_of_their_own_unless_they_are_a_team() -> None:
+    problem = as_problem(TEAM_ID)
+    assert isinstance(problem, PlayersProblem)
+    assert problem.players == ("robot_0", "robot_1")
+    assert (problem.n_states, problem.n_actions, problem.are_equal) == (192, 5, True)
 
 
 def test_environments_played_in_turns_are_refused() -> None:

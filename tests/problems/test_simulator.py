@@ -19,7 +19,7 @@ from tuckerl._jit import kernel
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, SimulatorError
 from tuckerl.problems import dynamics
 from tuckerl.problems.cart_pole import cart_pole
-from tuckerl.problems.simulator import Simulator, SimulatorArrays, check_world
+from tuckerl.problems.simulator import Simulator, SimulatorArrays
 from tuckerl.rng import below, seed_sequence, stream, uniform
 from tuckerl.types import FloatArray, Stream
 
@@ -78,16 +78,16 @@ def rng(seed: int = 0) -> Stream:
 
 def test_a_users_functions_are_played() -> None:
     world = line(slip=0.0).world()
-    assert dynamics.reset(world, rng()) == 0
-    walked = [dynamics.step(world, 0, action, rng()) for action in (1, 1, 0, 0, 0, 1, 1, 1, 1)]
+    assert dynamics.reset(world.arrays, rng()) == 0
+    walked = [dynamics.step(world.arrays, 0, action, rng()) for action in (1, 1, 0, 0, 0, 1, 1, 1, 1)]
     assert [state for state, *_ in walked] == [1, 2, 1, 0, 0, 1, 2, 3, 4]
     assert [reward for _, reward, _ in walked] == [-1.0] * 9
     assert [terminated for *_, terminated in walked] == [False] * 8 + [True]
-    check_world(world)
+    world.check()
 
 
 def test_they_draw_from_the_agents_stream(slippery: Simulator) -> None:
-    world = slippery.world()
+    world = slippery.world().arrays
     compiled, plain = rng(3), rng(3)
     moves = 0
     dynamics.reset(world, compiled)
@@ -102,12 +102,12 @@ def test_they_draw_from_the_agents_stream(slippery: Simulator) -> None:
 
 def test_a_time_limit_ends_episodes(slippery: Simulator) -> None:
     for limit in (1, 3):  # the end is 4 steps away
-        assert play(slippery.with_time_limit(limit).world(), 5, rng()) == (5 * limit, -5.0 * limit)
+        assert play(slippery.with_time_limit(limit).world().arrays, 5, rng()) == (5 * limit, -5.0 * limit)
 
 
 def test_one_compiled_kernel_plays_all_simulators(slippery: Simulator) -> None:
     for simulator in (slippery, line(slip=0.3), cart_pole(), cart_pole(reward="sign")):
-        play(simulator.world(), 1, rng())
+        play(simulator.world().arrays, 1, rng())
     compiled: Any = play
     assert len(compiled.signatures) == 1
 
@@ -116,13 +116,13 @@ def test_agents_and_learners_share_no_state(slippery: Simulator) -> None:
     simulator = slippery
     worlds = [simulator.world() for _ in range(2)] + [simulator.with_time_limit(9).world()]
     for name in ("state", "fault", "clock"):
-        arrays = [getattr(world, name) for world in worlds]
+        arrays = [getattr(world.arrays, name) for world in worlds]
         assert not any(np.shares_memory(arrays[i], arrays[j]) for i in range(3) for j in range(i))
     streams = [rng(j) for j in range(2)]
-    alone = [play(simulator.world(), 20, rng(j)) for j in range(2)]
+    alone = [play(simulator.world().arrays, 20, rng(j)) for j in range(2)]
     for j in range(2):
-        dynamics.reset(worlds[j], rng(9))
-    assert [play(worlds[j], 20, streams[j]) for j in range(2)] == alone
+        dynamics.reset(worlds[j].arrays, rng(9))
+    assert [play(worlds[j].arrays, 20, streams[j]) for j in range(2)] == alone
 
 
 def test_copies_and_time_limits_keep_all_but_the_limit() -> None:
@@ -133,14 +133,14 @@ def test_copies_and_time_limits_keep_all_but_the_limit() -> None:
     assert limited.functions is simulator.functions
     assert limited.heuristic is simulator.heuristic
     for other in (pickle.loads(pickle.dumps(cart_pole())), copy.deepcopy(simulator)):  # noqa: S301  # our own
-        assert play(other.with_time_limit(50).world(), 2, rng())[0] > 0
+        assert play(other.with_time_limit(50).world().arrays, 2, rng())[0] > 0
     with pytest.raises(ParameterError, match="max_episode_steps must be a whole number of at least 1; got 0"):
         simulator.with_time_limit(0)
     assert repr(limited).endswith("test_simulator, 5 states, 2 actions, max_episode_steps=3)")
 
 
 def test_compiled_functions_of_a_user_are_taken_too() -> None:
-    world = line(slip=0.0, index=kernel(index)).world()
+    world = line(slip=0.0, index=kernel(index)).world().arrays
     dynamics.reset(world, rng())
     assert dynamics.step(world, 0, 1, rng())[0] == 1
 
@@ -149,9 +149,9 @@ def test_functions_are_compiled_with_the_values_of_today() -> None:
     names: dict[str, Any] = {"uniform": uniform, "PAY": -1.0}
     source = "def step(parameters, state, action, rng):\n    return PAY, uniform(rng) > 2.0\n"
     exec(source, names)  # noqa: S102  # as a notebook does: no source file
-    assert dynamics.step(line(step=names["step"]).world(), 0, 0, rng())[1] == -1.0
+    assert dynamics.step(line(step=names["step"]).world().arrays, 0, 0, rng())[1] == -1.0
     names["PAY"] = 3.0
-    assert dynamics.step(line(step=names["step"]).world(), 0, 0, rng())[1] == 3.0
+    assert dynamics.step(line(step=names["step"]).world().arrays, 0, 0, rng())[1] == 3.0
 
 
 def never(parameters: Any, state: Any) -> int:
@@ -319,12 +319,14 @@ THIRD = r"after step 3 of an episode \(action \d in state 2\)"
 )
 def test_faults_are_named_and_every_kernel_ends(changes: dict[str, Any], message: str) -> None:
     world = line(slip=0.0, **changes).world()
-    steps, total = play(world, 1000, rng())  # without a time limit
+    steps, total = play(world.arrays, 1000, rng())  # without a time limit
     assert steps < 20_000
     assert np.isfinite(total)
     with pytest.raises(SimulatorError, match=message):
-        check_world(world)
-    assert play(world, 10, rng()) == (10, 0.0)
+        world.check()
+    assert play(world.arrays, 10, rng()) == (10, 0.0)  # what was raised is forgotten, and comes again
+    with pytest.raises(SimulatorError, match=message):
+        world.check()
 
 
 SCRIPT = """
@@ -332,7 +334,7 @@ import sys
 from tuckerl._jit import kernel
 from tuckerl.problems import dynamics
 from tuckerl.problems.cart_pole import cart_pole
-from tuckerl.problems.simulator import Simulator, check_world
+from tuckerl.problems.simulator import Simulator
 from tuckerl.rng import seed_sequence, stream, uniform
 
 @kernel
@@ -349,9 +351,9 @@ def step(parameters, state, action, rng):
 def index(parameters, state):
     return 1
 
-own = cart_pole().world()
+own = cart_pole().world().arrays
 play(own, stream(seed_sequence(0)))
-users = Simulator(reset, step, index, n_states=2, n_actions=2, state_size=1).world()
+users = Simulator(reset, step, index, n_states=2, n_actions=2, state_size=1).world().arrays
 assert play(users, stream(seed_sequence(0))) == (1, 2.5, True)
 print(sum(play.stats.cache_hits.values()), own.reset.cache_hits, own.step.cache_hits, own.index.cache_hits)
 """

@@ -10,7 +10,7 @@ import pytest
 import tuckerl
 
 PACKAGE = Path(tuckerl.__file__).parent
-GROUND = {"errors", "checks", "rng", "_jit", "types", "files", "_version"}
+GROUND = {"errors", "checks", "rng", "_jit", "types", "files", "interrupts", "progress", "_version"}
 LAYERS = ["tensor", "problems", "generalization", "learners", "studies", "reports", "cli"]  # from the bottom
 
 

@@ -91,7 +91,7 @@ class Followers:
     def _show_progress(self) -> None:
         if self._show is not None:
             by_episodes = self._goal.episodes < _MOST
-            done = self._learner.episodes if by_episodes else self._learner.first_steps
+            done = self._learner.episodes if by_episodes else self._learner.first_agent_steps
             self._show(done, self._goal.episodes if by_episodes else self._goal.steps)
 
     def __enter__(self) -> Self:

@@ -283,7 +283,9 @@ class Learner(Tables):
         if header["learner"] != cls.__name__:
             held = header["learner"]
             raise SavedFileError(f"{path} holds a {held}, not a {cls.__name__}: load it with {held}.load")
-        parameters = {n: from_json(v) if isinstance(v, dict) else v for n, v in header["parameters"].items()}
+        parameters: dict[str, Any] = {
+            n: from_json(v) if isinstance(v, dict) else v for n, v in header["parameters"].items()
+        }
         problem_arrays = saved.of_prefix("problem", arrays)
         learner = cls(
             restored_problem(header["problem"], problem_arrays, env, Path(path), cls._reading_of(parameters)),

@@ -122,16 +122,16 @@ def as_schedule(name: str, value: object, decay: float = 1.0, *, positive: bool 
     return value
 
 
-def as_json(value: float | Schedule) -> Any:
-    """Return a number or a schedule as JSON."""
+def as_json(value: Any) -> Any:
+    """Return a parameter as JSON, a schedule by its name and numbers."""
     if isinstance(value, Schedule):
-        return {"schedule": type(value).__name__} | dataclasses.asdict(value)  # type: ignore[call-overload]
+        return {"schedule": type(value).__name__} | dataclasses.asdict(value)  # type: ignore[call-overload]  # each is
     return value
 
 
-def from_json(value: Any) -> float | Schedule:
+def from_json(value: Any) -> Any:
     """Return what `as_json` took apart."""
     if not isinstance(value, dict):
-        return float(value)
+        return value
     parts = dict(value)
     return SCHEDULES[check_name("schedule", parts.pop("schedule"), SCHEDULES)](**parts)

@@ -103,6 +103,11 @@ class Tables(ABC):
         return self._accounts.episodes
 
     @property
+    def first_agent_steps(self) -> int:
+        """Steps of the first agent in all its episodes: what ``learn(steps=...)`` counts."""
+        return self._accounts.first_steps
+
+    @property
     def steps(self) -> IntArray:
         """Steps of each episode, (episodes, n_tables)."""
         return self._accounts.steps.T.copy()

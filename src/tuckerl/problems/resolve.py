@@ -142,15 +142,27 @@ def _make(name: str) -> Made:
 
 
 def _read(env: Any, source: str, make: Callable[[], Any] | None, reading: Reading) -> Problem:
-    if isinstance(env, gymnasium.Env):
-        return _read_single(env, source, make, reading)
+    """Read an environment; one that was made here and whose transitions were taken, or that is refused, is closed."""
+    problem = None
+    try:
+        if isinstance(env, gymnasium.Env):
+            problem = _read_single(env, source, make, reading)
+        else:
+            problem = _read_parallel(env, source, make, reading)
+    finally:
+        if make is not None and not isinstance(problem, (SteppedProblem, PlayersProblem)):
+            env.close()
+    return problem
+
+
+def _read_parallel(env: Any, source: str, make: Callable[[], Any] | None, reading: Reading) -> Problem:
     if reading.agents is Agents.APART:
         return PlayersProblem(env, source, make, bins=reading.bins)
     table = _joint_table(env) if reading.lift else None
     if table is not None:
         _refuse_bins(reading, source)
-        return table
-    others = None if make is None else lambda: JointEnv(make(), reading.reward)  # type: ignore[misc]  # not None
+        return _limited(table, table.max_episode_steps)
+    others = None if make is None else lambda: JointEnv(make(), reading.reward)
     return SteppedProblem(JointEnv(env, reading.reward), source, others, bins=reading.bins)
 
 
@@ -179,8 +191,15 @@ def _read_single(env: GymEnvironment, source: str, make: Callable[[], Any] | Non
         return SteppedProblem(inner, source, others, bins=reading.bins, max_episode_steps=limit)
     _refuse_bins(reading, source)
     limits = [steps for steps in (limit, problem.max_episode_steps) if steps is not None]
-    limited = problem.with_time_limit(min(limits, default=STEP_CAP))
-    limited.is_capped = not limits
+    return _limited(problem, min(limits, default=None))
+
+
+def _limited(problem: TabularMDP | Simulator, limit: int | None) -> TabularMDP | Simulator:
+    """Return the problem of an environment with its time limit, or else with ours."""
+    if limit is not None and limit == problem.max_episode_steps:
+        return problem
+    limited = problem.with_time_limit(limit or STEP_CAP)
+    limited.is_capped = limit is None
     return limited
 
 

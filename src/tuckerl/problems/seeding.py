@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from tuckerl.errors import SavedFileError
+from tuckerl.problems.joint import JointEnv
 from tuckerl.rng import child, seed_sequence
 
 
@@ -71,8 +72,8 @@ class EpisodeSeeds:
 def generator_of(env: Any) -> np.random.Generator | None:
     """Return the generator that an environment keeps from one episode to the next, if it has one."""
     inner = env.unwrapped
-    inner = getattr(inner, "parallel", inner)  # a joint environment's own is not what decides
-    inner = getattr(inner, "unwrapped", inner)
+    if isinstance(inner, JointEnv):  # its own is not what decides
+        inner = inner.env.unwrapped
     # Gymnasium's property would make one where there is none.
     generator = getattr(inner, "_np_random", None)
     if generator is None and not hasattr(type(inner), "np_random"):

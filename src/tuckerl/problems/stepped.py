@@ -99,8 +99,7 @@ class SteppedProblem:
         self.action_sizes = tuple(coding(part, what="action").n for part in parts)
         self.max_episode_steps = max_episode_steps or STEP_CAP
         self.is_capped = max_episode_steps is None
-        has_masks = self._environments.try_out(self._look)
-        self.has_masks = has_masks or joint is not None  # agents that leave have masks from then on
+        self.has_masks = self._environments.try_out(self._look)
 
     def _look(self, observation: Any, info: Any) -> bool:
         """Try to number the first observation; return whether there is a mask."""
