@@ -19,10 +19,13 @@ from tuckerl.problems import register_environments
 if TYPE_CHECKING:
     from tuckerl.generalization.step import TensorStep
     from tuckerl.generalization.weights import action_weights
+    from tuckerl.learners.callbacks import Callback
     from tuckerl.learners.dyna_h import DynaH
+    from tuckerl.learners.evaluation import Evaluation
     from tuckerl.learners.q_learning import QLearning
     from tuckerl.learners.sarsa import Sarsa
     from tuckerl.learners.sarsa_lambda import SarsaLambda
+    from tuckerl.learners.schedules import Exponential, Harmonic, Linear
     from tuckerl.learners.team_q import TeamQ
     from tuckerl.problems.bins import quantile_edges
     from tuckerl.problems.cart_pole import cart_pole
@@ -35,8 +38,13 @@ if TYPE_CHECKING:
     from tuckerl.tensor import TuckerDecomposition, fold, mode_product, tucker, unfold
 
 __all__ = [
+    "Callback",
     "DynaH",
+    "Evaluation",
+    "Exponential",
+    "Harmonic",
     "JointEnv",
+    "Linear",
     "Maze",
     "QLearning",
     "Sarsa",
@@ -62,8 +70,13 @@ __all__ = [
 ]
 
 _HOMES = {
+    "Callback": "learners.callbacks",
     "DynaH": "learners.dyna_h",
+    "Evaluation": "learners.evaluation",
+    "Exponential": "learners.schedules",
+    "Harmonic": "learners.schedules",
     "JointEnv": "problems.joint",
+    "Linear": "learners.schedules",
     "Maze": "problems.maze",
     "QLearning": "learners.q_learning",
     "Sarsa": "learners.sarsa",

@@ -7,7 +7,8 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from tuckerl.cli import main, progress
+from tuckerl import progress
+from tuckerl.cli import main
 
 MAZE = ["--env", "tuckerl/DynaMaze-v0", "--env-set", "rows=6", "--env-set", "columns=9", "--env-set", "goal=0,8"]
 SMALL = [*MAZE, "--env-set", "start=2,0", "--episodes", "20"]

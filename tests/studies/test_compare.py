@@ -10,9 +10,10 @@ import tuckerl
 from tests.studies.comparisons import MAZE, SMALL, request, small_contest
 from tuckerl.errors import OutputConflictError, ParameterError, ParameterTypeError, ProblemError, UnknownNameError
 from tuckerl.generalization.step import TensorStep
+from tuckerl.problems.making import make_environment
 from tuckerl.studies import runner
 from tuckerl.studies.compare import contest
-from tuckerl.studies.environments import environment_specification, listed_environments, make_environment
+from tuckerl.studies.environments import environment_specification, listed_environments
 from tuckerl.studies.reproduce import run_study
 from tuckerl.studies.store import Store
 

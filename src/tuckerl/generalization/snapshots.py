@@ -25,6 +25,7 @@ class Snapshots:
         n_states, n_actions = initial_q.shape
         self._position = np.full(n_states, -1, dtype=np.int64)  # of each state on the tensor's state axis
         self.states: IntArray = np.zeros(0, dtype=np.int64)  # (V,) the touched states, in that order
+        self.changed: IntArray = np.zeros(0, dtype=np.int64)  # (C,) those that changed in the latest tensor's window
         self._base: FloatArray = np.zeros((0, n_actions, n_agents))  # their rows when the window began
 
     def tensor(self, logs: tuple[ChangeLog, ...]) -> FloatArray:
@@ -32,6 +33,7 @@ class Snapshots:
         self._add_states(logs)
         changed = np.unique(np.concatenate([self._position[log.state[: log.cursor[ENTRIES]]] for log in logs]))
         fixed = np.concatenate([self._still_rows(changed), self._untouched_rows()])
+        self.changed = self.states[changed]
         tensor = np.empty((changed.size + len(fixed), *self._base.shape[1:2], self._n_episodes, self._n_agents))
         tensor[: changed.size] = self._base[changed][:, :, None, :]
         tensor[changed.size :] = fixed[:, :, None, :]

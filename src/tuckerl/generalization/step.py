@@ -5,12 +5,15 @@ decomposition gives an action factor A_p, whose row norms scale the learning rat
 Ag_p, whose row norms say whose table all agents go on with (Figures 5, 7 and 8).
 """
 
+import functools
 import time
 import warnings
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy.linalg  # noqa: F401  # its BLAS must be loaded before it can be limited
+from threadpoolctl import ThreadpoolController
 
 from tuckerl.checks import check_int, check_name, check_real
 from tuckerl.errors import ParameterError, ParameterTypeError, RankWarning, ZeroWeightWarning
@@ -95,6 +98,12 @@ class TensorStep:
         return self.weighting.needs_decomposition or self.sharing.needs_decomposition
 
 
+@functools.cache
+def _blas() -> ThreadpoolController:
+    """Return what limits the threads of BLAS; looking for its libraries takes longer than a small decomposition."""
+    return ThreadpoolController()
+
+
 class StepHistory(NamedTuple):
     """What the step did after each of W windows."""
 
@@ -103,6 +112,37 @@ class StepHistory(NamedTuple):
     chosen: IntArray  # (W,) the agent whose table was copied, -1 where none was
     fit: FloatArray  # (W,) of the decomposition, NaN where there was none
     ranks: IntArray  # (W, 4) used, 0 where there was no decomposition
+
+
+class Loadings(NamedTuple):
+    """The factors of one window's tables, for those who want to look at them."""
+
+    states: IntArray  # (C,) the states that changed in the window: the rows of the state factor
+    factors: tuple[FloatArray, ...]  # (C, R0), (A, R1), (E, R2), (N, R3)
+    core: FloatArray  # (R0, R1, R2, R3)
+    episode: int  # episodes finished when the window ended
+    fit: float
+
+
+def _loadings(decomposition: TuckerDecomposition, states: IntArray, episode: int) -> Loadings:
+    """Keep the rows of the state factor that belong to states; those after them stand for states that did not change."""
+    of_states, *others = decomposition.factors
+    factors = (of_states[: states.size].copy(), *others)
+    return Loadings(states, factors, decomposition.core, episode, decomposition.fit)
+
+
+def _loadings_arrays(loadings: Loadings) -> dict[str, np.ndarray]:
+    factors = {f"loadings.factor{mode}": factor for mode, factor in enumerate(loadings.factors)}
+    numbers = {"loadings.episode": np.array(loadings.episode), "loadings.fit": np.array(loadings.fit)}
+    return {"loadings.states": loadings.states, "loadings.core": loadings.core, **factors, **numbers}
+
+
+def _restored_loadings(arrays: dict[str, np.ndarray]) -> Loadings | None:
+    if "loadings.states" not in arrays:  # nothing was decomposed, or the file has format 1, which kept none
+        return None
+    factors = tuple(arrays[f"loadings.factor{mode}"] for mode in range(4))
+    episode, fit = int(arrays["loadings.episode"]), float(arrays["loadings.fit"])
+    return Loadings(arrays["loadings.states"], factors, arrays["loadings.core"], episode, fit)
 
 
 def empty_history(n_actions: int) -> StepHistory:
@@ -131,6 +171,8 @@ class StepRun:
         self._sequence = sequence
         self._warned: set[type[Warning]] = set()
         self._history: list[tuple[int, FloatArray, int, float, tuple[int, ...]]] = []
+        self.loadings: Loadings | None = None
+        """The factors of the latest window that was decomposed."""
         self.seconds = 0.0
         """Processor time of this thread in `close_window` so far."""
 
@@ -164,8 +206,8 @@ class StepRun:
                     weights = np.maximum(weigh.weigh(None, self._n_actions, rng), self.step.floor)
                 self._remember(episode, weights, None, None)
                 return Outcome(weights, None, finite=True)
-            with np.errstate(over="ignore"):  # tables near the largest float have a core beyond it, which is not read
-                decomposition = decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
+            decomposition = self._decompose(tensor)
+            self.loadings = _loadings(decomposition, self.snapshots.changed, episode)
             if decomposition.ranks != self.step.ranks:
                 self._warn(
                     RankWarning,
@@ -184,6 +226,12 @@ class StepRun:
         self._remember(episode, weights, mixture, decomposition)
         return Outcome(weights, mixture, finite=True)
 
+    def _decompose(self, tensor: FloatArray) -> TuckerDecomposition:
+        # One thread: the order of additions, and with it every bit, does not depend on how many there are. Tables near
+        # the largest float have a core beyond it, which is not read.
+        with _blas().limit(limits=1), np.errstate(over="ignore"):
+            return decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
+
     @property
     def n_windows(self) -> int:
         """Number of windows that were closed."""
@@ -198,11 +246,13 @@ class StepRun:
 
     def saved(self) -> dict[str, np.ndarray]:
         """Return the arrays from which `restore` goes on."""
-        return {**self.snapshots.saved(), **self.history._asdict()}
+        arrays = {**self.snapshots.saved(), **self.history._asdict()}
+        return arrays if self.loadings is None else arrays | _loadings_arrays(self.loadings)
 
     def restore(self, arrays: dict[str, np.ndarray]) -> None:
         """Go on from what `saved` returned."""
         self.snapshots.restore(arrays)
+        self.loadings = _restored_loadings(arrays)
         columns = (arrays[name] for name in StepHistory._fields)
         self._history = [
             (int(episode), weights, int(chosen), float(fit), tuple(int(rank) for rank in ranks))

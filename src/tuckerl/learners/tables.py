@@ -8,7 +8,7 @@ import numpy as np
 
 from tuckerl.checks import check_flag, check_int, check_name, check_real
 from tuckerl.generalization.change_log import ChangeLog, empty_log
-from tuckerl.generalization.step import StepHistory, StepRun, empty_history
+from tuckerl.generalization.step import Loadings, StepHistory, StepRun, empty_history
 from tuckerl.learners.accounts import Accounts
 from tuckerl.learners.episodes import Settings
 from tuckerl.learners.evaluation import Evaluation, evaluate
@@ -131,6 +131,11 @@ class Tables(ABC):
     def step_history(self) -> StepHistory:
         """The weights and the chosen agent of every window; empty without a tensor step."""
         return empty_history(self.problem.n_actions) if self._run is None else self._run.history
+
+    @property
+    def loadings(self) -> Loadings | None:
+        """The factors of the latest window that the tensor step has decomposed; None before that."""
+        return None if self._run is None else self._run.loadings
 
     @property
     def step_seconds(self) -> float:

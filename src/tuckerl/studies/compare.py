@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from tuckerl.checks import check_int, check_name
 from tuckerl.errors import ParameterError, ProblemError, UnknownNameError
+from tuckerl.problems.making import make_environment
 from tuckerl.studies.algorithms import (
     Algorithm,
     check_setting,
@@ -19,7 +20,7 @@ from tuckerl.studies.algorithms import (
     split_settings,
     tensor_step,
 )
-from tuckerl.studies.environments import environment_specification, has_several_agents, make_environment, maker
+from tuckerl.studies.environments import environment_specification, has_several_agents, maker
 from tuckerl.studies.study import INVENTED, Assumption, Comparison, Family, Scenario, Study, Variant, variant
 
 N_RUNS, N_EPISODES = 50, 500

@@ -74,7 +74,7 @@ def render_page(inside: Inside, shown: "list[Shown]") -> str:
     """Return the page, with its figures inside it."""
     from jinja2 import Environment, StrictUndefined
 
-    from tuckerl.reports.page import inlined
+    from tuckerl.reports.markup import inlined
     from tuckerl.reports.wording import counted
 
     environment = Environment(
