@@ -125,7 +125,7 @@ class Loadings(NamedTuple):
 
 
 def _loadings(decomposition: TuckerDecomposition, states: IntArray, episode: int) -> Loadings:
-    """Keep the rows of the state factor that belong to states; those after them stand for states that did not change."""
+    """Keep the rows of the state factor that belong to states; others stand for those that did not change."""
     of_states, *others = decomposition.factors
     factors = (of_states[: states.size].copy(), *others)
     return Loadings(states, factors, decomposition.core, episode, decomposition.fit)

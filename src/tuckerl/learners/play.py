@@ -8,6 +8,8 @@ choice is made when a loop is compiled.
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from tuckerl._jit import by_kind, kernel
 from tuckerl.generalization.change_log import close_episode
 from tuckerl.learners.episodes import Agent, note_episode, note_state, set_rates
@@ -63,7 +65,7 @@ def play(world: WorldArrays, agent: Agent) -> int:
             return episode
         set_rates(agent, episode)
         note_state(record, 0, state)
-        action = _first(method, agent, state, epsilon)
+        action: Any = np.uint32(_first(method, agent, state, epsilon))  # unsigned, as states are: a tenth of the time
         while not ended:
             next_state, reward, terminated = step(world, state, action, agent.rng)
             if halted(world):
@@ -72,10 +74,10 @@ def play(world: WorldArrays, agent: Agent) -> int:
             steps, total = steps + 1, total + reward
             ended = terminated or out_of_time(world, steps)
             discount = settings.terminal_discount if terminated else settings.gamma
-            action = _turn(method, agent, epsilon, state, action, reward, discount, next_state, ended)
-            if action == NOT_FINITE:
+            chosen = _turn(method, agent, epsilon, state, action, reward, discount, next_state, ended)
+            if chosen == NOT_FINITE:
                 return -1 - episode
-            state = next_state
+            state, action = next_state, np.uint32(chosen)
             note_state(record, steps, state)
         if not _leave(method, agent, True):
             return -1 - episode
