@@ -7,7 +7,7 @@ import numpy as np
 from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import empty_log
 from tuckerl.learners.choices import greedy
-from tuckerl.learners.episodes import Agent, Record, Settings
+from tuckerl.learners.episodes import Agent, Record, Settings, Transition
 from tuckerl.learners.play import algorithm, play, play_together
 from tuckerl.problems.players import PlayersProblem
 from tuckerl.problems.resolve import Problem
@@ -32,19 +32,9 @@ def first(method: GreedyMethod, agent: Agent, state: int, epsilon: float) -> int
 
 
 @kernel
-def turn(
-    method: GreedyMethod,
-    agent: Agent,
-    epsilon: float,
-    state: int,
-    action: int,
-    reward: float,
-    discount: float,
-    next_state: int,
-    ended: bool,
-) -> int:
+def turn(method: GreedyMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Choose the next greedy action."""
-    return 0 if ended else greedy(agent, next_state)
+    return 0 if seen.ended else greedy(agent, seen.next_state)
 
 
 algorithm(GreedyMethod, first=first, turn=turn)

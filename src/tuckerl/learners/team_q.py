@@ -14,7 +14,7 @@ import numpy as np
 from tuckerl._jit import kernel
 from tuckerl.checks import check_flag, check_name
 from tuckerl.learners.choices import best_value, greedy
-from tuckerl.learners.episodes import Agent
+from tuckerl.learners.episodes import Agent, Transition
 from tuckerl.learners.parameters import LearnerParameters
 from tuckerl.learners.play import NOT_FINITE, algorithm
 from tuckerl.learners.traces import Traces, bring_up_to_date, learn, settle
@@ -104,24 +104,14 @@ def choose(method: TeamMethod, agent: Agent, state: int, epsilon: float) -> int:
 
 
 @kernel
-def turn(
-    method: TeamMethod,
-    agent: Agent,
-    epsilon: float,
-    state: int,
-    action: int,
-    reward: float,
-    discount: float,
-    next_state: int,
-    ended: bool,
-) -> int:
+def turn(method: TeamMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Let the error reach all pairs that have a trace, and choose the next joint action."""
-    traces, q = method.traces, agent.q
-    bring_up_to_date(traces, q, agent.rates, agent.log, next_state)
-    delta = reward + discount * best_value(q, agent.forbidden, next_state) - q[state, action]
+    traces, q, state, action = method.traces, agent.q, seen.state, seen.action
+    bring_up_to_date(traces, q, agent.rates, agent.log, seen.next_state)
+    delta = seen.reward + seen.discount * best_value(q, agent.forbidden, seen.next_state) - q[state, action]
     if not learn(traces, q, agent.rates, agent.log, state, action, delta):
         return NOT_FINITE
-    return 0 if ended else choose(method, agent, next_state, epsilon)
+    return 0 if seen.ended else choose(method, agent, seen.next_state, epsilon)
 
 
 @kernel
