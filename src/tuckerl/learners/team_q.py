@@ -175,8 +175,8 @@ class TeamQ(TracingLearner):
             sizes = self.problem.action_sizes
         self._team = Team(np.array(sizes, dtype=np.int64), np.zeros(len(sizes), dtype=np.int64), self.cut)
 
-    def _method(self, agent: int) -> TeamMethod:
-        return TeamMethod(self._traces[agent], self._team)
+    def _method(self, table: int) -> TeamMethod:
+        return TeamMethod(self._traces[table], self._team)
 
     def _parameters(self) -> dict[str, Any]:
         return super()._parameters() | {

@@ -44,13 +44,13 @@ class TracingLearner(Learner):
         self.carry_trace = check_flag("carry_trace", carry_trace)
         decay = Decay(self.gamma * self.lambda_, self.trace == "replacing", self.carry_trace)
         shape = (self.problem.n_states, self.problem.n_actions)
-        self._traces = tuple(empty_traces(*shape, decay) for _ in range(self.n_agents))
+        self._traces = tuple(empty_traces(*shape, decay) for _ in range(self.n_tables))
 
     def _share(self, mixture: FloatArray) -> None:
         super()._share(mixture)
         chosen = int(np.argmax(mixture)) if np.count_nonzero(mixture) == 1 else None
         held = None if chosen is None else self._traces_of(chosen)
-        for agent in range(self.n_agents):
+        for agent in range(self.n_tables):
             if agent != chosen:
                 self._set_traces(agent, held)
 
@@ -78,11 +78,11 @@ class TracingLearner(Learner):
 
     def _saved_arrays(self) -> Arrays:
         saved = super()._saved_arrays()
-        for agent in range(self.n_agents):
+        for agent in range(self.n_tables):
             saved |= with_prefix(f"traces{agent}", self._traces_of(agent))
         return saved
 
     def _restore_arrays(self, arrays: Arrays) -> None:
         super()._restore_arrays(arrays)
-        for agent in range(self.n_agents):
+        for agent in range(self.n_tables):
             self._set_traces(agent, of_prefix(f"traces{agent}", arrays))
