@@ -25,8 +25,10 @@ def interrupts_held_back() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-    if _held:
-        before(*_held[0])
+        first = _held[:1]
+        _held.clear()
+    if first:
+        before(*first[0])
 
 
 def is_impatient() -> bool:
