@@ -3,7 +3,7 @@
 import dataclasses
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,13 @@ class Schedule(ABC):
     @abstractmethod
     def values(self, n_episodes: int) -> FloatArray:
         """Return the numbers of the episodes 0 to `n_episodes` - 1, (n_episodes,) float64."""
+
+
+class Course(NamedTuple):
+    """What changes from episode to episode, for the first E of them."""
+
+    alpha: FloatArray  # (E,)
+    epsilon: FloatArray  # (E,)
 
 
 @dataclass(frozen=True)
