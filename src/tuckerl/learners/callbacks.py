@@ -6,7 +6,6 @@ learner. To stop learning, `on_window` or the function returns False.
 
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
@@ -147,8 +146,16 @@ class Followers:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        with ExitStack() as stack:  # it calls the last that it was given first, and all of them whatever they raise
+        try:
+            self._end(self._started)
+        finally:
             if self._bar is not None:
-                stack.callback(self._bar.__exit__, kind, error, traceback)
-            for callback in reversed(self._started):
-                stack.callback(callback.on_end, self._learner)
+                self._bar.__exit__(kind, error, traceback)
+
+    def _end(self, callbacks: Sequence[Callback]) -> None:
+        """Tell all of them, whatever they raise; Python then shows every error."""
+        if callbacks:
+            try:
+                callbacks[0].on_end(self._learner)
+            finally:
+                self._end(callbacks[1:])

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tuckerl.checks import check_int, check_name, check_real
-from tuckerl.errors import ParameterError
+from tuckerl.errors import ParameterError, ParameterTypeError
 from tuckerl.types import FloatArray
 
 
@@ -120,10 +120,13 @@ def as_schedule(name: str, value: object, decay: float = 1.0, *, positive: bool 
     Raises
     ------
     ParameterError, ParameterTypeError
-        If it is neither a number in [0, 1] nor a schedule, or a schedule is to decay on top.
+        If it is neither a number in [0, 1] nor one of these schedules, or a schedule is to decay on top.
     """
     if not isinstance(value, Schedule):
         return Exponential(check_real(name, value, 0.0, 1.0, low_open=positive), decay)
+    if type(value) not in SCHEDULES.values():  # no file could hold it
+        known = ", ".join(f"tuckerl.{kind}" for kind in SCHEDULES)
+        raise ParameterTypeError(f"{name} must be a number or one of the schedules {known}; got {value!r}")
     if decay != 1.0:
         raise ParameterError(f"{name} is a schedule already: leave {name}_decay at 1; got {decay}")
     return value
