@@ -10,6 +10,7 @@ from tuckerl.learners.choices import greedy
 from tuckerl.learners.episodes import Agent, Record, Settings, Transition
 from tuckerl.learners.play import algorithm, play, play_together
 from tuckerl.problems.players import PlayersProblem
+from tuckerl.problems.python_world import STEP_CAP
 from tuckerl.problems.resolve import Problem
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
@@ -55,6 +56,8 @@ def evaluate(problem: Problem, q: FloatArray, episodes: int, sequence: np.random
 
     Ties go to the lowest action. `sequence` decides all draws.
     """
+    if problem.max_episode_steps is None:  # a greedy policy may go round in circles for ever
+        problem = problem.with_time_limit(STEP_CAP)
     together = isinstance(problem, PlayersProblem)
     tables = q if together else q[:1]
     world = problem.world()
