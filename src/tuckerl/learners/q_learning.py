@@ -76,5 +76,5 @@ class QLearning(Learner):
     (50, 1)
     """
 
-    def _method(self, agent: int) -> QMethod:
+    def _method(self, table: int) -> QMethod:
         return QMethod()

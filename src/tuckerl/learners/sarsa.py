@@ -68,5 +68,5 @@ class Sarsa(Learner):
     (50, 1)
     """
 
-    def _method(self, agent: int) -> SarsaMethod:
+    def _method(self, table: int) -> SarsaMethod:
         return SarsaMethod()

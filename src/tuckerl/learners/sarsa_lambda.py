@@ -80,5 +80,5 @@ class SarsaLambda(TracingLearner):
     (50, 1)
     """
 
-    def _method(self, agent: int) -> SarsaLambdaMethod:
-        return SarsaLambdaMethod(self._traces[agent])
+    def _method(self, table: int) -> SarsaLambdaMethod:
+        return SarsaLambdaMethod(self._traces[table])

@@ -92,6 +92,7 @@ class Tables(ABC):
         self._run = None if step is None else StepRun(step, self._initial_q, n_tables, self._sequence)
         self._prediction_rng = np.random.default_rng(child(self._sequence, _PREDICTION_STREAM))
         self._was_capped = False
+        self._is_torn = np.zeros(n_tables, dtype=np.bool_)  # whose trajectory is one of an episode that was broken off
 
     @abstractmethod
     def _method(self, table: int) -> Any:
@@ -144,8 +145,9 @@ class Tables(ABC):
 
     @property
     def trajectories(self) -> tuple[IntArray, ...]:
-        """Each agent's states in its latest episode, a million at most; none before the first or after divergence."""
-        if self.episodes == 0 or self.diverged_at is not None or not self._accounts.is_even:
+        """Each agent's states in its latest episode, a million at most; none if there is none that was whole."""
+        is_whole = self._accounts.is_even and self.diverged_at is None and not self._is_torn.any()
+        if self.episodes == 0 or not is_whole:
             return tuple(np.zeros(0, dtype=np.int64) for _ in range(self.n_tables))
         last = self._accounts.steps[:, -1]
         return tuple(self._trajectory[table, : n + 1].copy() for table, n in enumerate(last))
