@@ -56,12 +56,12 @@ def learners() -> dict[str, Any]:
 
 def main(folder: Path) -> None:
     warnings.simplefilter("ignore")
-    after = {}
+    after: dict[str, np.ndarray] = {}
     for name, learner in learners().items():
         learner.learn(6).save(folder / f"format{FORMAT_VERSION}_{name}.tuckerl")
         learner.learn(6)
         after |= {f"{name}.q": learner.q, f"{name}.steps": learner.steps, f"{name}.returns": learner.returns}
-    np.savez_compressed(folder / f"format{FORMAT_VERSION}_after.npz", **after)
+    np.savez_compressed(folder / f"format{FORMAT_VERSION}_after.npz", **after)  # type: ignore[arg-type]  # its own names
 
 
 if __name__ == "__main__":
