@@ -224,12 +224,12 @@ class DynaH(Learner):
 
     def _saved_arrays(self) -> Arrays:
         saved = super()._saved_arrays() | {"heuristic": self._planning.heuristic}
-        for agent, model in enumerate(self._models):
-            saved |= with_prefix(f"model{agent}", model._asdict())
+        for table, model in enumerate(self._models):
+            saved |= with_prefix(f"model{table}", model._asdict())
         return saved
 
     def _restore_arrays(self, arrays: Arrays) -> None:
         super()._restore_arrays(arrays)
-        models = [Model(**of_prefix(f"model{agent}", arrays)) for agent in range(self.n_tables)]
+        models = [Model(**of_prefix(f"model{table}", arrays)) for table in range(self.n_tables)]
         # A file does not say that a record is aligned; without that, the kernel would be compiled a second time.
         self._models = tuple(model._replace(outcome=model.outcome.view(OUTCOME)) for model in models)

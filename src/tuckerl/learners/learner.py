@@ -23,6 +23,7 @@ from tuckerl.interrupts import interrupts_held_back
 from tuckerl.learners import saved
 from tuckerl.learners.callbacks import Follower, Followers, Goal
 from tuckerl.learners.episodes import Agent, Record
+from tuckerl.learners.evaluation import CAPPED
 from tuckerl.learners.play import play, play_together
 from tuckerl.learners.saved_parts import (
     problem_parts,
@@ -39,10 +40,6 @@ from tuckerl.problems.resolve import Environment
 from tuckerl.types import FloatArray
 
 _DIVERGED = "a table left the finite numbers in episode {}, where learning stopped: a smaller alpha may keep it finite"
-_CAPPED = (
-    "an episode was cut off after {} steps, as the environment has no time limit: set one, for example with "
-    "gymnasium.make(..., max_episode_steps=...)"
-)
 _PATIENCE = 0.25  # seconds in which Python is not asked, but for the end of an episode
 _UNLIMITED = sys.maxsize
 
@@ -190,13 +187,13 @@ class Learner(Tables):
         else:
             n = play(world.arrays, agents[0])
         accounts.add(tables, n if n >= 0 else -1 - n)
-        self._broke_off = True
+        torn, self._is_torn[tables] = self._is_torn[tables] & (n == 0), True
         world.check()
-        self._broke_off = False
-        longest = int(agents[0].record.steps[: max(n, 0)].max(initial=0))
+        self._is_torn[tables] = torn
+        longest = max(int(agent.record.steps[: max(n, 0)].max(initial=0)) for agent in agents)
         if self.problem.is_capped and longest == self.problem.max_episode_steps and not self._was_capped:
             self._was_capped = True
-            warnings.warn(_CAPPED.format(longest), StepCapWarning, stacklevel=4)
+            warnings.warn(CAPPED.format(longest), StepCapWarning, stacklevel=4)
         return n >= 0
 
     def _agent(self, table: int, until: int, enough: int, forbidden: Any) -> Agent:
@@ -331,6 +328,7 @@ class Learner(Tables):
         self._q, self._weights = arrays["q"], arrays["weights"]
         self._accounts.restore(arrays)
         self._trajectory[:, : arrays["trajectory"].shape[1]] = arrays["trajectory"]
+        self._is_torn[:] = self.episodes > 0 and arrays["trajectory"].size == 0
         self._streams = list(arrays["streams"])
         for table, log in enumerate(self._logs):
             restore_log(log, saved.of_prefix(f"log{table}", arrays))

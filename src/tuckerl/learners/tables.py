@@ -93,7 +93,7 @@ class Tables(ABC):
         self._run = None if step is None else StepRun(step, self._initial_q, n_tables, self._sequence)
         self._prediction_rng = np.random.default_rng(child(self._sequence, _PREDICTION_STREAM))
         self._was_capped = False
-        self._broke_off = False  # whether an error came in the middle of the latest episode
+        self._is_torn = np.zeros(n_tables, dtype=np.bool_)  # whose trajectory is one of an episode that was broken off
 
     @abstractmethod
     def _method(self, table: int) -> Any:
@@ -117,7 +117,7 @@ class Tables(ABC):
     @property
     def is_intact(self) -> bool:
         """Whether no table has left the finite numbers, and no error has broken off the latest episode."""
-        return self.diverged_at is None and not self._broke_off
+        return self.diverged_at is None and not bool(self._is_torn.any())
 
     @property
     def steps(self) -> IntArray:
@@ -156,8 +156,9 @@ class Tables(ABC):
 
     @property
     def trajectories(self) -> tuple[IntArray, ...]:
-        """Each agent's states in its latest episode, a million at most; none before the first or after divergence."""
-        if self.episodes == 0 or self.diverged_at is not None or not self._accounts.is_even:
+        """Each agent's states in its latest episode, a million at most; none if there is none that was whole."""
+        is_whole = self._accounts.is_even and self.is_intact
+        if self.episodes == 0 or not is_whole:
             return tuple(np.zeros(0, dtype=np.int64) for _ in range(self.n_tables))
         last = self._accounts.steps[:, -1]
         return tuple(self._trajectory[table, : n + 1].copy() for table, n in enumerate(last))
