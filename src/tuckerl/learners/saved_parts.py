@@ -17,12 +17,13 @@ from tuckerl.problems.simulator import Simulator
 from tuckerl.problems.stepped import Edges, SteppedProblem
 
 _STEPPED = (SteppedProblem, PlayersProblem)
+_GIVE_ENV = "pass load() its env, or name it with --env in a command"
 
 
 def problem_parts(problem: Problem) -> tuple[Header, Arrays]:
     """Return a problem as header and arrays; of one that is code, only its sizes, its id and its bins."""
     if isinstance(problem, Simulator):
-        return {"simulator": _sizes(problem)}, {}
+        return {"simulator": _sizes(problem), "source": problem.source}, {}
     if isinstance(problem, _STEPPED):
         header = {"id": problem.id, "source": problem.source, "sizes": _sizes(problem)}
         return {type(problem).__name__: header}, _edges_of(problem)
@@ -32,7 +33,7 @@ def problem_parts(problem: Problem) -> tuple[Header, Arrays]:
     if problem.heuristic is not None:
         arrays["heuristic"] = problem.heuristic
     own = {"n_states": problem.n_states, "action_sizes": list(problem.action_sizes), "layout": problem.layout}
-    return numbers | own, arrays
+    return numbers | own | {"source": problem.source}, arrays
 
 
 def _sizes(problem: Problem) -> list[int | None]:
@@ -59,9 +60,7 @@ def restored_problem(header: Header, arrays: Arrays, env: Environment | None, pa
     """
     if "simulator" in header:
         if env is None:
-            raise SavedFileError(
-                f"{path} was learned on a simulator, whose functions no file holds: pass load() its env"
-            )
+            raise SavedFileError(f"{path} was learned on a simulator, whose functions no file holds: {_GIVE_ENV}")
         return _same(as_problem(env, reading), Simulator, header["simulator"], path)
     for kind in _STEPPED:
         if kind.__name__ in header:
@@ -76,7 +75,7 @@ def _restored_environment(
 ) -> Problem:
     if env is None and header["id"] is None:
         raise SavedFileError(
-            f"{path} was learned on an environment that no file holds, {header['source']}: pass load() its env"
+            f"{path} was learned on an environment that no file holds, {header['source']}: {_GIVE_ENV}"
         )
     places = sorted({name.split(".")[0] for name in arrays}, key=lambda name: int(name.removeprefix("edges")))
     edges = [Edges(tuple(of_prefix(place, arrays).values())) for place in places]
@@ -100,13 +99,15 @@ def _restored_table(header: Header, arrays: Arrays) -> TabularMDP:
     parts: dict[str, Any] = {"forbidden": no_masks} | header | arrays
     mdp = MDPArrays(**{name: parts[name] for name in MDPArrays._fields})
     layout = header.get("layout")
-    return TabularMDP.from_arrays(
+    problem = TabularMDP.from_arrays(
         mdp,
         header["n_states"],
         arrays.get("heuristic"),
         tuple(header["action_sizes"]),
         None if layout is None else (layout[0], layout[1]),
     )
+    problem.source = header.get("source")
+    return problem
 
 
 def seed_parts(sequence: np.random.SeedSequence) -> Header:
