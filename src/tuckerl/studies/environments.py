@@ -28,6 +28,12 @@ def maker(instance: int, name: str, keywords: Mapping[str, Any]) -> Callable[[],
     return partial(make_environment, name, keywords)
 
 
+_BINS = (
+    "in a command, --set bins=20, or a number or edges for each dimension, such as --set bins='[20,[-1,0,1]]', and in "
+    "train also --quantile-bins 20"
+)
+
+
 @contextmanager
 def bins_named() -> Iterator[None]:
     """Say how a command is given the bins that an environment lacks.
@@ -42,7 +48,7 @@ def bins_named() -> Iterator[None]:
     except SpaceError as error:
         if "bins" not in str(error):
             raise
-        raise SpaceError(f"{error}; in a command, --set bins=20 or --set bins='[[-1,0,1],20]'") from error
+        raise SpaceError(f"{error}; {_BINS}") from error
 
 
 def has_several_agents(name: str) -> bool:

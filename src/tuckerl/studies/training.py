@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from tuckerl._version import __version__
 from tuckerl.checks import check_int
-from tuckerl.errors import EnvironmentFaultError, OutputConflictError, OutputError, ParameterError
+from tuckerl.errors import EnvironmentFaultError, OutputConflictError, OutputError, ParameterError, UnknownNameError
 from tuckerl.files import write_whole
 from tuckerl.learners.callbacks import Callback
 from tuckerl.learners.evaluation import Evaluation
@@ -131,7 +131,7 @@ class Training:
         try:
             self.learner.learn(**self._left(), callbacks=[self._clock, *saving], progress=progress)
         except EnvironmentFaultError as error:
-            raise EnvironmentFaultError(f"{error}; it is in {self.agent_file}") from error
+            raise EnvironmentFaultError(f"{error}; saved in {self.agent_file}") from error
         finally:
             self._save()
         self._write_run(finished=True)
@@ -166,7 +166,7 @@ class Training:
         if difference:
             raise _conflict(self.folder, difference)
         if not resume and held["goal"] != self._asked["goal"]:
-            goals = " and ".join(_goal_words(goal) for goal in (held["goal"], self._asked["goal"]))
+            goals = f"{_goal_words(held['goal'])} there and {_goal_words(self._asked['goal'])} now"
             raise OutputConflictError(
                 f"{self.folder} holds the same agent for another goal ({goals}): --resume goes on with it to the new "
                 "one, --overwrite begins anew"
@@ -268,7 +268,10 @@ def loaded(path: Path, environment: str | None = None, keywords: Mapping[str, An
         return load(path, env=environment_of(environment, keywords))
     if keywords:
         raise ParameterError("keywords of the environment need its id: give --env with --env-set")
-    return load(path, env=_environment_beside(path))
+    try:
+        return load(path, env=_environment_beside(path))
+    except UnknownNameError as error:  # a module of the current folder is imported only if its user names it
+        raise UnknownNameError(f"{error}; name what it learned on with --env") from error
 
 
 def _environment_beside(path: Path) -> Environment | None:

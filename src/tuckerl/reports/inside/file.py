@@ -72,11 +72,13 @@ def _of_tensor(path: Path, asked: Asked) -> Found:
     if ranks is None and tensor.ndim == 4 and tensor.size:
         sizes: Any = zip(default_ranks(tensor.shape[0], tensor.shape[1]), tensor.shape, strict=True)
         ranks = tuple(min(pair) for pair in sizes)
-    if tensor.dtype.kind in "iuf" and not np.isfinite(tensor).all():
+    if tensor.dtype.kind not in "iuf":
+        raise TensorError(f"a tensor of Q-tables must hold real numbers; {path} has dtype {tensor.dtype}")
+    if not np.isfinite(tensor).all():
         raise TensorError(f"a tensor of Q-tables must be finite; {path} has NaN or infinity in it")
     title = f"{path.name}: Q-tables"
     inside = inside_of_tensor(tensor, ranks or (1, 1, 1, 1), asked.layout, title=title)
-    return Found(inside, tensor_lines(inside, tensor.shape, ranks))
+    return Found(inside, tensor_lines(inside, tensor.shape))
 
 
 def _read(path: Path) -> FloatArray:

@@ -41,13 +41,13 @@ def learner_lines(learner: Learner) -> list[str]:
     return lines if value is None else [*lines, f"Greedy value of the start (agent 0): {number(value)}"]
 
 
-def tensor_lines(inside: Inside, shape: tuple[int, ...], ranks: tuple[int, ...] | None) -> list[str]:
+def tensor_lines(inside: Inside, shape: tuple[int, ...]) -> list[str]:
     """Return a tensor's sizes, and how well its decomposition fits it."""
     kinds = zip(shape, ("state", "action", "episode", "agent"), strict=True)
     lines = [f"Tensor: {joined(counted(size, kind) for size, kind in kinds)}"]
     if inside.loadings is None:
         return [*lines, "All of it is zero: there is nothing to decompose"]
-    return [*lines, f"Decomposition with ranks {ranks}: fit {number(inside.loadings.fit)}"]
+    return [*lines, f"Decomposition with ranks {inside.loadings.core.shape}: fit {number(inside.loadings.fit)}"]
 
 
 def _name(value: Any) -> str:
