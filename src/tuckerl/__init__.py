@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from tuckerl.learners.dyna_h import DynaH
     from tuckerl.learners.evaluation import Evaluation
     from tuckerl.learners.following import Checkpoint, Evaluate, StopOnReturn
+    from tuckerl.learners.loading import load
     from tuckerl.learners.logs import CsvLog, JsonLinesLog
     from tuckerl.learners.q_learning import QLearning
     from tuckerl.learners.sarsa import Sarsa
@@ -69,6 +70,7 @@ __all__ = [
     "cart_pole",
     "errors",
     "fold",
+    "load",
     "mode_product",
     "quantile_edges",
     "random_maze",
@@ -105,6 +107,7 @@ _HOMES = {
     "action_weights": "generalization.weights",
     "cart_pole": "problems.cart_pole",
     "fold": "tensor",
+    "load": "learners.loading",
     "mode_product": "tensor",
     "quantile_edges": "problems.bins",
     "random_maze": "problems.maze",

@@ -103,7 +103,7 @@ class Learner(Tables):
         Parameters
         ----------
         episodes : int, optional
-            How many; or ...
+            How many (0 only lets agents that Ctrl-C left behind catch up, and takes a tensor step that is due); or ...
         steps : int, optional
             ... stop after the episode in which the first agent has done so many more steps.
         callbacks : sequence of Callback or callable
@@ -115,7 +115,8 @@ class Learner(Tables):
         Raises
         ------
         ParameterError, ParameterTypeError
-            If neither or both of `episodes` and `steps` are given, or one is not a whole number of at least 1.
+            If neither or both of `episodes` and `steps` are given, `episodes` is not a whole number of at least 0, or
+            `steps` is not one of at least 1.
         SimulatorError, EnvironmentFaultError
             If a simulator or an environment does something impossible. What was learned before is kept.
         """
@@ -141,7 +142,7 @@ class Learner(Tables):
         if (episodes is None) == (steps is None):
             raise ParameterError(f"learn() takes either episodes or steps; got episodes={episodes} and steps={steps}")
         if episodes is not None:
-            return Goal(self.episodes + check_int("episodes", episodes, 1), _UNLIMITED)
+            return Goal(self.episodes + check_int("episodes", episodes, 0), _UNLIMITED)
         return Goal(_UNLIMITED, self._accounts.first_steps + check_int("steps", steps, 1))
 
     def _is_done(self, goal: Goal) -> bool:

@@ -17,12 +17,13 @@ from tuckerl.problems.simulator import Simulator
 from tuckerl.problems.stepped import Edges, SteppedProblem
 
 _STEPPED = (SteppedProblem, PlayersProblem)
+_GIVE_ENV = "pass load() its env, or name it with --env in a command"
 
 
 def problem_parts(problem: Problem) -> tuple[Header, Arrays]:
     """Return a problem as header and arrays; of one that is code, only its sizes, its id and its bins."""
     if isinstance(problem, Simulator):
-        return {"simulator": _sizes(problem)}, {}
+        return {"simulator": _sizes(problem), "source": problem.source}, {}
     if isinstance(problem, _STEPPED):
         header = {"id": problem.id, "source": problem.source, "sizes": _sizes(problem), "agents": _agents(problem)}
         return {type(problem).__name__: header}, _edges_of(problem)
@@ -32,7 +33,7 @@ def problem_parts(problem: Problem) -> tuple[Header, Arrays]:
     if problem.heuristic is not None:
         arrays["heuristic"] = problem.heuristic
     own = {"n_states": problem.n_states, "action_sizes": list(problem.action_sizes), "layout": problem.layout}
-    own["is_capped"] = problem.is_capped
+    own |= {"is_capped": problem.is_capped, "source": problem.source}
     return numbers | own, arrays
 
 
@@ -64,9 +65,7 @@ def restored_problem(header: Header, arrays: Arrays, env: Environment | None, pa
     """
     if "simulator" in header:
         if env is None:
-            raise SavedFileError(
-                f"{path} was learned on a simulator, whose functions no file holds: pass load() its env"
-            )
+            raise SavedFileError(f"{path} was learned on a simulator, whose functions no file holds: {_GIVE_ENV}")
         return _same(as_problem(env, reading), Simulator, header["simulator"], path)
     for kind in _STEPPED:
         if kind.__name__ in header:
@@ -81,7 +80,7 @@ def _restored_environment(
 ) -> Problem:
     if env is None and header["id"] is None:
         raise SavedFileError(
-            f"{path} was learned on an environment that no file holds, {header['source']}: pass load() its env"
+            f"{path} was learned on an environment that no file holds, {header['source']}: {_GIVE_ENV}"
         )
     n_codings = len(header["agents"]) if kind is PlayersProblem else 1
     edges = tuple(Edges(tuple(of_prefix(f"edges{place}", arrays).values())) for place in range(n_codings))
@@ -125,6 +124,7 @@ def _restored_table(header: Header, arrays: Arrays) -> TabularMDP:
         None if layout is None else (layout[0], layout[1]),
     )
     problem.is_capped = header.get("is_capped", False)
+    problem.source = header.get("source")
     return problem
 
 

@@ -25,7 +25,7 @@ from tuckerl.learners.schedules import Course, Schedule, as_schedule
 from tuckerl.problems.players import PlayersProblem
 from tuckerl.problems.resolve import Agents, Environment, Problem, Reading, as_problem
 from tuckerl.rng import child, seed_sequence, stream
-from tuckerl.types import FloatArray, IntArray, Seed
+from tuckerl.types import BoolArray, FloatArray, IntArray, Seed
 
 _MAX_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
 _PREDICTION_STREAM = 2**32 - 2  # the child of the seed for predict(deterministic=False)
@@ -135,6 +135,12 @@ class Tables(ABC):
         return self._q.copy()
 
     @property
+    def forbidden(self) -> BoolArray | None:
+        """Where an action may not be taken, as far as is known, (n_tables, S, A); None where all may."""
+        tables = [table for world in self._worlds for table in world.forbidden]
+        return np.stack(tables) if all(table.size for table in tables) else None
+
+    @property
     def action_weights(self) -> FloatArray:
         """The learning-rate weight of each action, (A,); ones before the first window ends."""
         return self._weights.copy()
@@ -212,6 +218,11 @@ class Tables(ABC):
         """Evaluate tables, which may be those of an earlier learner of the same run."""
         sequence = child(self._sequence, _EVALUATION_STREAM) if seed is None else seed_sequence(seed)
         return evaluate(self.problem, q, episodes, sequence)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """What its constructor was given or took by default, but for arrays, the seed and the tensor step."""
+        return self._parameters()
 
     def __repr__(self) -> str:
         parameters = self._parameters() | {"tensor_step": self.tensor_step}

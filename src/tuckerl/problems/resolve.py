@@ -86,7 +86,7 @@ def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it
     if isinstance(env, (*PROBLEMS, Maze)):
         if reading.bins is not None:
             raise ParameterError(f"bins are for environments whose observations are a Box; {env!r} has states already")
-        return env.to_mdp() if isinstance(env, Maze) else env
+        return _maze_table(env) if isinstance(env, Maze) else env
     if isinstance(env, str):
         problem = _read(make_environment(env), env, lambda: make_environment(env), reading)
         if isinstance(problem, (SteppedProblem, PlayersProblem)):
@@ -105,6 +105,12 @@ def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it
         f"env must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that makes "
         f"one, a TabularMDP, a Simulator or a Maze; got {env!r}"
     )
+
+
+def _maze_table(maze: Maze) -> TabularMDP:
+    table = maze.to_mdp()
+    table.source = type(maze).__name__
+    return table
 
 
 def _name_of(env: Any) -> str:
@@ -133,7 +139,7 @@ def _read_parallel(env: Any, source: str, make: Callable[[], Any] | None, readin
     table = _joint_table(env) if reading.lift and reading.reward == "mean" else None
     if table is not None:
         _refuse_bins(reading, source)
-        return _limited(table, table.max_episode_steps)
+        return _limited(table, table.max_episode_steps, source)
     others = None if make is None else lambda: JointEnv(make(), reading.reward)
     return SteppedProblem(JointEnv(env, reading.reward), source, others, bins=reading.bins)
 
@@ -163,15 +169,13 @@ def _read_single(env: GymEnvironment, source: str, make: Callable[[], Any] | Non
         return SteppedProblem(inner, source, others, bins=reading.bins, max_episode_steps=limit)
     _refuse_bins(reading, source)
     limits = [steps for steps in (limit, problem.max_episode_steps) if steps is not None]
-    return _limited(problem, min(limits, default=None))
+    return _limited(problem, min(limits, default=None), source)
 
 
-def _limited(problem: TabularMDP | Simulator, limit: int | None) -> TabularMDP | Simulator:
-    """Return the problem of an environment with its time limit, or else with ours."""
-    if limit is not None and limit == problem.max_episode_steps:
-        return problem
-    limited = problem.with_time_limit(limit or STEP_CAP)
-    limited.is_capped = limit is None
+def _limited(problem: TabularMDP | Simulator, limit: int | None, source: str) -> TabularMDP | Simulator:
+    """Return the problem of an environment with its time limit, or else with ours; it remembers its environment."""
+    limited = problem.with_time_limit(limit or STEP_CAP)  # a new one: the environment's own stays as it is
+    limited.is_capped, limited.source = limit is None, source
     return limited
 
 

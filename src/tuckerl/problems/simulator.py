@@ -140,6 +140,8 @@ class Simulator:
         self.layout = check_layout(layout, self.n_states)
 
     is_capped = False  # whether the time limit is ours, as there was none
+    source: str | None = None
+    """What the environment is called that carried it; None where there was none."""
 
     @cached_property
     def _compiled(self) -> tuple[Any, ...]:
