@@ -75,7 +75,7 @@ class Learner(Tables):
         Agent j draws from its child j. None takes a fresh seed.
     bins : int, sequence, ...
         How observations that are a Box are cut into bins: a number for every dimension, or for each dimension a number
-        or the edges between its bins.
+        or the edges between its bins. Of a PettingZoo environment's agents, that for all or by agent.
     lift : bool
         Whether an environment that carries its transitions is played in compiled code (the default) or stepped.
 
