@@ -2,6 +2,7 @@
 
 import math
 import signal
+import time
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from tests.learners.stepped_worlds import SeededTableEnv, TableEnv
 from tests.learners.test_resume import assert_same
 from tests.learners.worlds import random_mdp
 from tests.problems.parallel_worlds import Leaving
-from tuckerl import DynaH, JointEnv, QLearning, Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ, TensorStep
+from tuckerl import Callback, DynaH, JointEnv, QLearning, Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ, TensorStep
 from tuckerl.errors import EnvironmentFaultError, ObservationError, SimulatorError, StepCapWarning, TableSizeError
 from tuckerl.generalization.change_log import ENTRIES
 from tuckerl.interrupts import interrupts_held_back, is_impatient
@@ -290,6 +291,35 @@ def test_errors_that_are_no_faults_go_through() -> None:
         QLearning(Stops([2]), seed=0).learn(1)
     with pytest.raises(TimeIsUpError):
         QLearning(Late([2]), seed=0).learn(1)
+
+
+class Slow(Faulty):
+    """Takes its time for chosen steps."""
+
+    def fault(self, answer: Any) -> Any:
+        if self.n_steps == 20:
+            raise ZeroDivisionError("no road")
+        time.sleep(0.05)
+        return answer
+
+
+def test_callbacks_see_a_learner_at_rest_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[tuple[int, bool]] = []
+
+    class Looks(Callback):
+        def on_window(self, learner: Any) -> None:
+            seen.append((learner.episodes, learner._accounts.is_even))
+
+    # The second agent falls behind by an error, and is slow to catch up.
+    monkeypatch.setattr("tuckerl.learners.learner._PATIENCE", 0.02)
+    environments = iter([Faulty(), Slow([20, 24, 36])])
+    learner = QLearning(lambda: next(environments), seed=3, n_agents=2)
+    with pytest.raises(EnvironmentFaultError):
+        learner.learn(8)
+    assert not learner._accounts.is_even
+    learner.learn(8, callbacks=[Looks(every=1)])
+    assert seen
+    assert all(even for _, even in seen)
 
 
 # Environments that never end

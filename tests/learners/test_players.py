@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gymnasium import spaces
 
 from tests.learners.test_resume import assert_same
-from tests.problems.parallel_worlds import Breaking, Dice, Leaving, Masked, MaskedInObservation, Meeting, Unequal
+from tests.problems.parallel_worlds import Breaking, Dice, Leaving, Masked, MaskedInObservation, Meeting, Unequal, World
 from tests.reference import tensor_step
 from tests.reference.players import Coding, Game
 from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TensorStep
@@ -186,6 +187,36 @@ def test_files_know_their_agents(tmp_path: Path) -> None:
     QLearning("tuckerl/RobotRescue-v0", seed=1).learn(1).save(path)
     again = QLearning.load(path).learn(1)
     assert_same(again, QLearning("tuckerl/RobotRescue-v0", seed=1).learn(2))
+
+
+class Weather(World):
+    """The guard sees a number and the pilot the wind, by a Box; so does the cook, who sees nothing new."""
+
+    def __init__(self) -> None:
+        sight = {"guard": spaces.Discrete(5), "pilot": spaces.Box(-1.0, 1.0, (1,)), "cook": spaces.Discrete(5)}
+        super().__init__(sight, {agent: spaces.Discrete(2) for agent in sight})
+
+    def observe(self, agent: str) -> Any:
+        return np.array([self.clock / 2 - 1], dtype=np.float32) if agent == "pilot" else np.int64(self.clock)
+
+    def act(self, actions: dict[str, Any]) -> tuple[dict[str, float], set[str], set[str]]:
+        late = set(actions) if self.clock == 4 else set()
+        return {agent: 1.0 + action for agent, action in actions.items()}, set(), late
+
+
+def test_bins_of_some_agents_survive_a_file(tmp_path: Path) -> None:
+    bins = {"pilot": [[-0.5, 0.75]]}
+    learner = QLearning(Weather(), bins=bins, seed=1, epsilon=1.0).learn(6)
+    assert (learner.q[1, :2] != 0).any(axis=1).all(), "the wind is -1, then -0.5, 0 and 0.5"
+    assert not learner.q[1, 2:].any(), "and at last 1, where nobody acts"
+    assert (learner.q[2] != 0).any(axis=1).tolist() == [True] * 4 + [False]
+    learner.save(tmp_path / "agent")
+    again = QLearning.load(tmp_path / "agent", env=Weather())
+    assert_same(again.learn(4), learner.learn(4))
+    assert again.predict({"pilot": np.array([-0.9])}) == learner.predict({"pilot": np.array([-0.9])})
+    assert QLearning(Weather(), bins=7).problem.n_states == 7
+    with pytest.raises(ParameterError, match="has no Box to cut into bins"):
+        QLearning(Meeting(), bins=7)
 
 
 def test_what_an_error_breaks_off_is_kept_and_learning_goes_on() -> None:

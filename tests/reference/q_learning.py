@@ -21,7 +21,9 @@ class World(NamedTuple):
 
     def allowed(self, state: int) -> list[int]:
         """The actions that may be taken."""
-        return [a for a in range(self.n_actions) if not self.forbidden or not self.forbidden[state][a]]
+        if not self.forbidden:
+            return list(range(self.n_actions))
+        return [a for a in range(self.n_actions) if not self.forbidden[state][a]]
 
     @property
     def n_states(self) -> int:
@@ -77,7 +79,8 @@ class QLearner:
         allowed = self.world.allowed(state)
         if self.stream.uniform() < self.epsilon:
             return allowed[self.stream.below(len(allowed))]
-        best = [a for a in allowed if self.q[state, a] == self.value(state)]
+        value = self.value(state)
+        best = [a for a in allowed if self.q[state, a] == value]
         return self.stream.choice(best) if self.ties == "random" else best[0]
 
     def value(self, state: int) -> float:

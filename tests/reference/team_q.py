@@ -20,18 +20,23 @@ class TeamQLearner(SarsaLambdaLearner):
     def policy(self, state: int) -> int:
         """Each member's part: its own, or that of one greedy joint action."""
         own: list[int | None] = []
-        allowed = [np.unravel_index(a, self.sizes) for a in self.world.allowed(state)]
         for member in range(len(self.sizes)):
             explores = self.stream.uniform() < self.epsilon
-            possible = sorted({int(joint[member]) for joint in allowed})
+            possible = self.parts_of(member, state) if explores else []
             own.append(possible[self.stream.below(len(possible))] if explores else None)
         if None not in own:
             return int(np.ravel_multi_index([part for part in own if part is not None], self.sizes))
-        best = [a for a in self.world.allowed(state) if self.q[state, a] == self.value(state)]
+        value = self.value(state)
+        best = [a for a in self.world.allowed(state) if self.q[state, a] == value]
         joint = self.stream.choice(best) if self.ties == "random" else best[0]
         shared = np.unravel_index(joint, self.sizes)
         parts = [int(shared[m]) if part is None else part for m, part in enumerate(own)]
         return int(np.ravel_multi_index(parts, self.sizes))
+
+    def parts_of(self, member: int, state: int) -> list[int]:
+        """What a member may do: its part of any joint action that may be taken."""
+        allowed = self.world.allowed(state)
+        return sorted({int(part) for part in np.unravel_index(allowed, self.sizes)[member]})
 
     def episode(self, omega: Table) -> tuple[int, float]:
         self.begin_episode()

@@ -83,8 +83,8 @@ def remember(model: Model, heuristic: FloatArray, seen: Transition) -> None:
         model.n_observed[0] += 1
         for other in range(model.distance.shape[1]):
             model.distance[state, other] = -np.inf
-    outcome = model.outcome[state, action]
-    outcome.reward, outcome.discount, outcome.next_state = seen.reward, seen.discount, next_state
+    outcome = model.outcome[state, action]  # by name in brackets, so that it works uncompiled, too
+    outcome["reward"], outcome["discount"], outcome["next_state"] = seen.reward, seen.discount, next_state
     if model.distance[state, action] != heuristic[next_state]:
         model.distance[state, action] = heuristic[next_state]
         model.farthest[state], model.n_farthest[state] = maxima(model.distance, state)
@@ -120,7 +120,7 @@ def plan(model: Model, planning: Planning, agent: Agent, start: int) -> float:
             chosen = modelled_action(model, state, rng)
         action: Any = np.uint32(chosen)  # unsigned, as states are: a tenth of the time
         outcome = model.outcome[state, action]
-        reward, discount, next_state = outcome.reward, outcome.discount, outcome.next_state
+        reward, discount, next_state = outcome["reward"], outcome["discount"], outcome["next_state"]
         mark(agent.log, state)
         total += update(agent, state, action, reward, discount, next_state)
         state = next_state

@@ -74,7 +74,7 @@ class Learner(Tables):
         Agent j draws from its child j. None takes a fresh seed.
     bins : int, sequence, ...
         How observations that are a Box are cut into bins: a number for every dimension, or for each dimension a number
-        or the edges between its bins.
+        or the edges between its bins. Of a PettingZoo environment's agents, that for all or by agent.
     lift : bool
         Whether an environment that carries its transitions is played in compiled code (the default) or stepped.
 
@@ -125,24 +125,28 @@ class Learner(Tables):
             while self.diverged_at is None and followers.go_on and not self._is_done(goal):
                 try:
                     with interrupts_held_back():
-                        due = self._due_step()
-                        if due is not None:
-                            self._generalize(due)
-                        else:
-                            until = min(goal.episodes, followers.next_stop())
-                            self._play_on(until, goal.steps - self._accounts.first_steps)
+                        self._advance(min(goal.episodes, followers.next_stop()), goal.steps)
                 finally:  # Ctrl-C is heard above; the window that it waited for may have ended
                     followers.follow()
         if self.diverged_at is not None:
             warnings.warn(_DIVERGED.format(self.diverged_at), DivergenceWarning, stacklevel=2)
         return self
 
+    def _advance(self, until: int, n_steps: int) -> None:
+        """Play on, and take the tensor step where a window has ended (or is owed, as a user's function raised)."""
+        due = self._due_step()
+        if due is None:
+            self._play_on(until, n_steps - self._accounts.first_steps)
+            due = self._due_step()
+        if due is not None and self.diverged_at is None:
+            self._generalize(due)
+
     def _goal(self, episodes: int | None, steps: int | None) -> Goal:
         """Return the numbers of episodes and of the first agent's steps at which learning ends."""
         if (episodes is None) == (steps is None):
             raise ParameterError(f"learn() takes either episodes or steps; got episodes={episodes} and steps={steps}")
         if episodes is not None:
-            return Goal(self.episodes + check_int("episodes", episodes, 0), _UNLIMITED)
+            return Goal(self.episodes + check_int("episodes", episodes, 1), _UNLIMITED)
         return Goal(_UNLIMITED, self._accounts.first_steps + check_int("steps", steps, 1))
 
     def _is_done(self, goal: Goal) -> bool:
@@ -194,7 +198,7 @@ class Learner(Tables):
         longest = max(int(agent.record.steps[: max(n, 0)].max(initial=0)) for agent in agents)
         if self.problem.is_capped and longest == self.problem.max_episode_steps and not self._was_capped:
             self._was_capped = True
-            warnings.warn(CAPPED.format(longest), StepCapWarning, stacklevel=4)
+            warnings.warn(CAPPED.format(longest), StepCapWarning, stacklevel=5)
         return n >= 0
 
     def _agent(self, table: int, until: int, enough: int, forbidden: Any) -> Agent:

@@ -3,7 +3,7 @@
 A kernel lets all agents choose, hands their actions to Python through one callback, and lets all of them learn.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from tuckerl._jit import call_python, kernel, python_callback
 from tuckerl.errors import ProblemError
 from tuckerl.interrupts import is_impatient
-from tuckerl.problems.coding import Coding, coding
+from tuckerl.problems.coding import Coding, coding, n_dimensions
 from tuckerl.problems.joint import agents_of
 from tuckerl.problems.masks import MASK_IS_LATE, MaskReader
 from tuckerl.problems.mdp import Layout
@@ -72,7 +72,7 @@ class PlayersProblem:
     """A PettingZoo parallel environment in which every agent has a table of its own.
 
     Agents with fewer observations or actions than others have tables as large as the others', of which they use a
-    part.
+    part. `bins` are the same for all agents that see a Box, or by agent.
 
     Raises
     ------
@@ -99,7 +99,7 @@ class PlayersProblem:
         self.source, self._environments = source, Environments(env, source, make)
         self.players: tuple[Any, ...] = tuple(agents_of(env))
         self.readers = tuple(MaskReader(env.observation_space(p), env.action_space(p)) for p in self.players)
-        own_bins = bins.by_place if isinstance(bins, EdgesOfPlayers) else [bins] * len(self.players)
+        own_bins = _bins_of_players(bins, self.players, self.readers)
         self.observations: tuple[Coding, ...] = tuple(
             read_coding(reader.observation_space, own, what=f"observation of {player}")
             for player, reader, own in zip(self.players, self.readers, own_bins, strict=True)
@@ -142,6 +142,16 @@ class PlayersProblem:
             f"PlayersProblem({self.source}, {len(self.players)} agents, {self.n_states} states, {self.n_actions} "
             f"actions, max_episode_steps={self.max_episode_steps})"
         )
+
+
+def _bins_of_players(bins: Any, players: Sequence[Any], readers: Sequence[MaskReader]) -> Sequence[Any]:
+    """Return each agent's bins: its own where they are by agent, else the same for all that see a Box."""
+    if isinstance(bins, EdgesOfPlayers):
+        return bins.by_place
+    if isinstance(bins, Mapping) and bins.keys() <= set(players):
+        return [bins.get(player) for player in players]
+    sees_box = [n_dimensions(reader.observation_space) > 0 for reader in readers]
+    return [bins if own or not any(sees_box) else None for own in sees_box]  # without any, coding says what is wrong
 
 
 class PlayersWorld(PythonWorld):
