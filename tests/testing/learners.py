@@ -13,7 +13,9 @@ from tuckerl.learners.play import NOT_FINITE, algorithm
 from tuckerl.rng import below
 from tuckerl.types import FloatArray
 
-RIGHT, UNMARKED, MARKED_LATE, BOOTSTRAPS_ENDS, DROPS_TRUNCATED, TAKES_ANY, BELIEVES_ANY, IGNORES_INFINITY, UNSEEDED = range(9)
+RIGHT, UNMARKED, MARKED_LATE, BOOTSTRAPS_ENDS, DROPS_TRUNCATED, TAKES_ANY, BELIEVES_ANY, IGNORES_INFINITY, UNSEEDED = (
+    range(9)
+)
 ASCENDS, COUNTS, DETERMINED = range(9, 12)
 
 
@@ -21,7 +23,7 @@ class Method(NamedTuple):
     """What is wrong, and how often the table was updated."""
 
     fault: int
-    count: FloatArray  # (1,)
+    updates: FloatArray  # (1,)
 
 
 @tuckerl.kernel
@@ -74,8 +76,8 @@ def turn(
     if fault == ASCENDS:
         delta = -reward + discount * row_max(q, next_state) - q[state, action]
     if fault == COUNTS:
-        method.count[0] += 1.0
-        rate = rate / method.count[0]
+        method.updates[0] += 1.0
+        rate *= 0.5 + 0.5 / method.updates[0]
     q[state, action] += rate * delta
     if not np.isfinite(q[state, action]) and fault != IGNORES_INFINITY:
         return NOT_FINITE

@@ -9,6 +9,7 @@ import tests.testing.learners as faults
 from tests.testing.learners import ExpectedSarsa, Method, wrong
 from tuckerl import QLearning, SarsaLambda
 from tuckerl.errors import LearnerCheckError, ParameterTypeError
+from tuckerl.problems.stepped import SteppedProblem
 from tuckerl.testing import check_learner
 
 
@@ -97,6 +98,30 @@ class Elsewhere(QLearning):
         return super().predict(observation)
 
 
+class Fixed(QLearning):
+    """Has its own seed."""
+
+    def __init__(self, env: Any, **parameters: Any) -> None:
+        super().__init__(env, **(parameters | {"seed": 0}))
+
+
+class Alike(QLearning):
+    """Its agents draw the same."""
+
+    def __init__(self, env: Any, **parameters: Any) -> None:
+        super().__init__(env, **parameters)
+        self._streams = [self._streams[0].copy() for _ in self._streams]
+
+
+class Peeks(QLearning):
+    """Learns otherwise where Python steps."""
+
+    def __init__(self, env: Any, **parameters: Any) -> None:
+        super().__init__(env, **parameters)
+        if isinstance(self.problem, SteppedProblem):
+            self._settings = self._settings._replace(gamma=0.5)
+
+
 @pytest.mark.parametrize(
     ("learner", "parameters", "message"),
     [
@@ -105,6 +130,9 @@ class Elsewhere(QLearning):
         (Deaf, {}, r"Deaf\(alhpa=0.25\) must be refused"),
         (Stubborn, {}, r"Stubborn\(alpha=0.25\) has alpha=0.1: pass all keywords on"),
         (Unsaid, {"boldness": 1.0}, r"Unsaid.load must read what save wrote; it raised TypeError.* by _parameters"),
+        (Fixed, {}, r"with the seeds 0 and 1 it learned the same on a slippery floor"),
+        (Alike, {}, r"two agents of Alike learned the same by chance"),
+        (Peeks, {}, r"the same from a corridor's arrays as from the corridor stepped in Python; q\[0, \d, \d\] was"),
         (Backwards, {}, r"predictions one by one must be those of a batch"),
         (Elsewhere, {}, r"predictions must be greedy, the lowest action on ties"),
     ],

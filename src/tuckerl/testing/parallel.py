@@ -53,9 +53,9 @@ def check_parallel(env: Any, make: Callable[[], Any] | None, episodes: int, seed
     """
     source = name_of(env)
     stage = ParallelStage(env, source)
-    _check_by_pettingzoo(another(env, make, source), source)
     sequence = seed_sequence(seed)
     played = list(moments(stage, child(sequence, 0), episodes))
+    _check_by_pettingzoo(another(env, make, source), source)
     check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_MEND)
     check_beside(stage, ParallelStage(another(env, make, source), source), sequence, played)
     _check_carried(env, source, sequence, episodes)
@@ -118,6 +118,12 @@ class ParallelStage(Stage):
             raise ProblemCheckError(
                 f"agents must be there from an episode's beginning; {late[0]} came {where} of {self.source}: let it "
                 "wait, with an observation that says so"
+            )
+        ended = [player for player in self.env.agents if terminations[player] or truncations.get(player)]
+        if ended:
+            raise ProblemCheckError(
+                f"an agent that has terminated or was truncated must be taken out of `agents`; {where} of "
+                f"{self.source} {ended[0]} stayed"
             )
         for player in chosen:
             check_reward(rewards[player], f"for {player} {where} (actions {chosen})", self.source)

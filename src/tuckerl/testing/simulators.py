@@ -21,10 +21,24 @@ _GARBAGE = (1234.5, -7.25)  # what stands in the state before two resets that mu
 _STREAM_ONLY = "use nothing but the arguments: draw with tuckerl.rng.uniform(rng), keep what is remembered in `state`"
 
 
+class Where(NamedTuple):
+    """A call in words, once they are needed: to write an array down takes longer than the call."""
+
+    episode: int
+    step: int = 0
+    action: int = -1
+    state: FloatArray | None = None
+
+    def __str__(self) -> str:
+        if self.step == 0:
+            return f"in the reset of episode {self.episode}"
+        return f"in step {self.step} of episode {self.episode} (action {self.action} in state {self.state})"
+
+
 class Moment(NamedTuple):
     """One call of reset (action -1) or step, as Python made it."""
 
-    where: str
+    where: Where
     before: FloatArray
     words_before: Stream
     action: int
@@ -57,13 +71,12 @@ def _played(functions: "_Interpreted", episodes: int, seed: int) -> Iterator[Mom
     limit = functions.simulator.max_episode_steps
     for episode in range(episodes):
         words, choose = stream(child(sequence, episode, 0)), np.random.default_rng(child(sequence, episode, 1))
-        moment = functions.begun(words, f"in the reset of episode {episode}")
+        moment = functions.begun(words, Where(episode))
         yield moment
         n_done = 0
         while not moment.terminated and n_done < min(limit or LONGEST, LONGEST):
             action, n_done = int(choose.integers(functions.simulator.n_actions)), n_done + 1
-            where = f"in step {n_done} of episode {episode} (action {action} in state {moment.after})"
-            moment = functions.stepped(moment, action, where)
+            moment = functions.stepped(moment, action, Where(episode, n_done, action, moment.after))
             yield moment
         if limit is None and not moment.terminated:
             raise ProblemCheckError(
@@ -85,7 +98,7 @@ class _Interpreted:
             getattr(function, "py_func", function) for function in (functions.reset, functions.step, functions.index)
         )
 
-    def begun(self, words: Stream, where: str) -> Moment:
+    def begun(self, words: Stream, where: Where) -> Moment:
         """Reset twice, over two different states."""
         ends = []
         for garbage in _GARBAGE:
@@ -107,7 +120,7 @@ class _Interpreted:
         row = self._row(first, where)
         return Moment(where, np.full(first.size, _GARBAGE[0]), words, -1, first, own, 0.0, False, row)
 
-    def stepped(self, last: Moment, action: int, where: str) -> Moment:
+    def stepped(self, last: Moment, action: int, where: Where) -> Moment:
         """Step twice, from the same state on the same stream."""
         before, words = last.after, last.words_after
         results = []
@@ -130,7 +143,7 @@ class _Interpreted:
         self._check_finite(state, reward, where)
         return Moment(where, before, words, action, state, own, reward, terminated, self._row(state, where))
 
-    def _row(self, state: FloatArray, where: str) -> int:
+    def _row(self, state: FloatArray, where: Where) -> int:
         seen = state.copy()
         row = self._call("index", self._index, where, seen)
         if not _same(seen, state):
@@ -152,7 +165,7 @@ class _Interpreted:
             )
         return int(row)
 
-    def _call(self, role: str, function: Any, where: str, *arguments: Any) -> Any:
+    def _call(self, role: str, function: Any, where: Where, *arguments: Any) -> Any:
         parameters = np.array(self.simulator.parameters)  # a copy that may be written to, to say who did
         try:
             returned = function(parameters, *arguments)
@@ -167,7 +180,7 @@ class _Interpreted:
             )
         return returned
 
-    def _check_all_set(self, first: FloatArray, second: FloatArray, where: str) -> None:
+    def _check_all_set(self, first: FloatArray, second: FloatArray, where: Where) -> None:
         kept = np.flatnonzero((first == _GARBAGE[0]) & (second == _GARBAGE[1]))
         if kept.size:
             raise ProblemCheckError(
@@ -175,7 +188,7 @@ class _Interpreted:
                 f"{kept[0]} was left as it was: begin with `state[:] = 0.0`"
             )
 
-    def _check_finite(self, state: FloatArray, reward: float, where: str) -> None:
+    def _check_finite(self, state: FloatArray, reward: float, where: Where) -> None:
         if not np.isfinite(state).all() or not math.isfinite(reward):
             raise ProblemCheckError(
                 f"rewards and states must be finite; {where} the reward was {reward} and the state {state}: end the "
