@@ -24,11 +24,14 @@ if TYPE_CHECKING:
     from tuckerl.learners.callbacks import Callback
     from tuckerl.learners.dyna_h import DynaH
     from tuckerl.learners.evaluation import Evaluation
+    from tuckerl.learners.following import Checkpoint, Evaluate, StopOnReturn
+    from tuckerl.learners.logs import CsvLog, JsonLinesLog
     from tuckerl.learners.q_learning import QLearning
     from tuckerl.learners.sarsa import Sarsa
     from tuckerl.learners.sarsa_lambda import SarsaLambda
     from tuckerl.learners.schedules import Exponential, Harmonic, Linear
     from tuckerl.learners.team_q import TeamQ
+    from tuckerl.learners.tensorboard import TensorBoard
     from tuckerl.problems.bins import quantile_edges
     from tuckerl.problems.cart_pole import cart_pole
     from tuckerl.problems.joint import JointEnv
@@ -41,11 +44,15 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Callback",
+    "Checkpoint",
+    "CsvLog",
     "DynaH",
+    "Evaluate",
     "Evaluation",
     "Exponential",
     "Harmonic",
     "JointEnv",
+    "JsonLinesLog",
     "Linear",
     "Maze",
     "QLearning",
@@ -53,8 +60,10 @@ __all__ = [
     "SarsaLambda",
     "Simulator",
     "SplitEnv",
+    "StopOnReturn",
     "TabularMDP",
     "TeamQ",
+    "TensorBoard",
     "TensorStep",
     "TuckerDecomposition",
     "__version__",
@@ -75,11 +84,15 @@ __all__ = [
 
 _HOMES = {
     "Callback": "learners.callbacks",
+    "Checkpoint": "learners.following",
+    "CsvLog": "learners.logs",
     "DynaH": "learners.dyna_h",
+    "Evaluate": "learners.following",
     "Evaluation": "learners.evaluation",
     "Exponential": "learners.schedules",
     "Harmonic": "learners.schedules",
     "JointEnv": "problems.joint",
+    "JsonLinesLog": "learners.logs",
     "Linear": "learners.schedules",
     "Maze": "problems.maze",
     "QLearning": "learners.q_learning",
@@ -87,8 +100,10 @@ _HOMES = {
     "SarsaLambda": "learners.sarsa_lambda",
     "Simulator": "problems.simulator",
     "SplitEnv": "problems.split",
+    "StopOnReturn": "learners.following",
     "TabularMDP": "problems.mdp",
     "TeamQ": "learners.team_q",
+    "TensorBoard": "learners.tensorboard",
     "TensorStep": "generalization.step",
     "TuckerDecomposition": "tensor",
     "action_weights": "generalization.weights",
