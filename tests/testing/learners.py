@@ -7,7 +7,7 @@ import numpy as np
 import tuckerl
 from tuckerl.generalization.change_log import mark
 from tuckerl.learners.choices import epsilon_greedy, row_max
-from tuckerl.learners.episodes import Agent
+from tuckerl.learners.episodes import Agent, Transition
 from tuckerl.learners.learner import Learner
 from tuckerl.learners.play import NOT_FINITE, algorithm
 from tuckerl.rng import below
@@ -45,26 +45,17 @@ def choose(method: Method, agent: Agent, state: int, epsilon: float) -> int:
     if method.fault == TAKES_ANY:
         return below(agent.q.shape[1], agent.rng)
     if method.fault == UNSEEDED:
-        return int(np.random.random() * 2.0) if agent.forbidden.size == 0 else 1  # noqa: NPY002  # that is the fault
+        return int(np.random.random() * agent.q.shape[1]) if agent.forbidden.size == 0 else 1  # noqa: NPY002  # that is the fault
     if method.fault == DETERMINED:
-        return state % 2 if agent.forbidden.size == 0 else 1
+        return state % 2 % agent.q.shape[1]
     return epsilon_greedy(agent, state, epsilon)
 
 
 @tuckerl.kernel
-def turn(
-    method: Method,
-    agent: Agent,
-    epsilon: float,
-    state: int,
-    action: int,
-    reward: float,
-    discount: float,
-    next_state: int,
-    ended: bool,
-) -> int:
+def turn(method: Method, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Learn from a step."""
     fault, q = method.fault, agent.q
+    state, action, reward, discount, next_state, ended = seen
     if fault not in (UNMARKED, MARKED_LATE) or (fault == MARKED_LATE and ended):
         mark(agent.log, state)
     if fault == BOOTSTRAPS_ENDS:

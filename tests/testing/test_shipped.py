@@ -8,6 +8,7 @@ import pytest
 
 import tuckerl
 from tests.testing.learners import ExpectedSarsa
+from tests.testing.test_environments import Pair
 from tuckerl.learners.learner import Learner
 from tuckerl.problems import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
 from tuckerl.testing import check_learner, check_problem
@@ -61,3 +62,7 @@ def test_every_learner_is_right(learner: type[Learner], parameters: dict[str, An
 
 def test_a_learner_is_checked_on_a_problem_of_ones_own_too() -> None:
     check_learner(tuckerl.QLearning, env="FrozenLake-v1")
+
+
+def test_a_learner_is_checked_among_agents_that_learn_side_by_side() -> None:
+    check_learner(tuckerl.SarsaLambda, env=lambda: Pair())

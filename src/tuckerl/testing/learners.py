@@ -33,7 +33,8 @@ def check_learner(
     ----------
     learner_class : subclass of Learner
     env
-        A problem to be repeated on beside those; the learner must be able to play several copies of it.
+        A problem to be repeated on beside those, for example a PettingZoo environment whose agents learn side by side;
+        there are to be several of it, so it is best given by id or as a callable.
     parameters : mapping, optional
         Keywords for the constructor, beside `alpha`, `gamma`, `epsilon`, `initial_q`, `n_agents`, `tensor_step` and
         `seed`, which the checks choose.

@@ -9,6 +9,7 @@ import numpy as np
 from tuckerl.errors import LearnerCheckError
 from tuckerl.learners.learner import Learner
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.players import PlayersProblem
 from tuckerl.problems.resolve import Environment
 from tuckerl.testing.subject import EVERY, Subject, check_same, tensor_step
 from tuckerl.testing.worlds import corridor, drift, slippery, stepped_corridor
@@ -28,7 +29,8 @@ def check_repeats(subject: Subject, env: Environment | None) -> None:
     _check_seeds(subject)
     _check_agents(subject)
     for problem in (slippery(), drift(), *own):
-        for n_agents, step in ((1, None), (3, tensor_step())):
+        several = 1 if isinstance(subject.on(problem).problem, PlayersProblem) else 3
+        for n_agents, step in ((1, None), (several, tensor_step())):
             settings = {"n_agents": n_agents, "tensor_step": step}
             learners = [subject.on(problem, **settings).learn(_FIRST) for _ in range(2)]
             check_same(learners[0], learners[1], f"two of {subject.name} with the same seed must learn the same", _SEED)
