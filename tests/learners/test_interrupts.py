@@ -45,6 +45,20 @@ def test_ctrl_c_waits_for_whole_windows(step: TensorStep | None) -> None:
     np.testing.assert_array_equal(learner.steps, whole.steps)
 
 
+def test_no_episodes_finish_what_ctrl_c_left_half_done() -> None:
+    step = TensorStep(every=5, ranks=(2, 2, 2, 1))
+    learner = Interrupted(PROBLEM, n_agents=3, seed=2, tensor_step=step)
+    with pytest.raises(KeyboardInterrupt):
+        learner.learn(5)
+    assert learner.episodes == 5
+    assert learner.step_history.episode.size == 0, "the step is due"
+    for _ in range(2):
+        learner.learn(0)
+        whole = QLearning(PROBLEM, n_agents=3, seed=2, tensor_step=step).learn(5)
+        np.testing.assert_array_equal(learner.q, whole.q)
+        np.testing.assert_array_equal(learner.action_weights, whole.action_weights)
+
+
 def test_the_handler_is_put_back() -> None:
     before = signal.getsignal(signal.SIGINT)
     with interrupts_held_back():

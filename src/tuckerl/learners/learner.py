@@ -311,12 +311,15 @@ class Learner(Tables):
     def _saved_arrays(self) -> saved.Arrays:
         """Return all that learning changes, and the parameters that are arrays."""
         uniform = self._initial_q.strides == (0, 0)
-        longest = max((path.size for path in self.trajectories), default=0)
+        paths = self.trajectories
+        trajectory = np.zeros((self.n_tables, max(path.size for path in paths)), dtype=np.int64)
+        for row, path in zip(trajectory, paths, strict=True):  # without what earlier episodes left behind its end
+            row[: path.size] = path
         arrays: saved.Arrays = {
             "initial_q": self._initial_q[0, 0] if uniform else self._initial_q,
             "q": self._q,
             "weights": self._weights,
-            "trajectory": self._trajectory[:, :longest],
+            "trajectory": trajectory,
             "streams": np.stack(self._streams),
         }
         arrays |= self._accounts.saved()
