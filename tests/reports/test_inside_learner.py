@@ -105,11 +105,11 @@ def test_where_no_start_leads_is_blocked() -> None:
 
 
 def test_a_learner_is_all_shown_after_a_file_as_before(tmp_path: Path) -> None:
-    learner = tuckerl.SarsaLambda("FrozenLake-v1", n_agents=2, tensor_step=STEP, seed=1, alpha=0.3).learn(103)
+    learner = tuckerl.SarsaLambda(tuckerl.sutton_maze(), n_agents=2, tensor_step=STEP, seed=1, alpha=0.3).learn(103)
     learner.save(tmp_path / "agent.tuckerl")
     before, after = inside_of_learner(learner), inside_of_learner(tuckerl.load(tmp_path / "agent.tuckerl"))
-    assert before.title == after.title == "SarsaLambda with a tensor step on FrozenLake-v1"
-    assert before.layout == after.layout == (4, 4)
+    assert before.title == after.title == "SarsaLambda with a tensor step on Maze"
+    assert before.layout == after.layout == (6, 9)
     assert before.loadings is not None
     assert before.loadings.first_episode + before.loadings.factors[2].shape[0] - 1 == 100
     shown = [[(one.name, one.caption, one.alt) for one in pictures_inside(inside)] for inside in (before, after)]
