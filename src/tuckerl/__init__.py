@@ -17,17 +17,22 @@ from tuckerl._version import __version__
 from tuckerl.problems import register_environments
 
 if TYPE_CHECKING:
+    from tuckerl import testing
+    from tuckerl._jit import kernel
     from tuckerl.generalization.step import TensorStep
     from tuckerl.generalization.weights import action_weights
     from tuckerl.learners.callbacks import Callback
     from tuckerl.learners.dyna_h import DynaH
     from tuckerl.learners.evaluation import Evaluation
+    from tuckerl.learners.following import Checkpoint, Evaluate, StopOnReturn
     from tuckerl.learners.loading import load
+    from tuckerl.learners.logs import CsvLog, JsonLinesLog
     from tuckerl.learners.q_learning import QLearning
     from tuckerl.learners.sarsa import Sarsa
     from tuckerl.learners.sarsa_lambda import SarsaLambda
     from tuckerl.learners.schedules import Exponential, Harmonic, Linear
     from tuckerl.learners.team_q import TeamQ
+    from tuckerl.learners.tensorboard import TensorBoard
     from tuckerl.problems.bins import quantile_edges
     from tuckerl.problems.cart_pole import cart_pole
     from tuckerl.problems.joint import JointEnv
@@ -40,11 +45,15 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Callback",
+    "Checkpoint",
+    "CsvLog",
     "DynaH",
+    "Evaluate",
     "Evaluation",
     "Exponential",
     "Harmonic",
     "JointEnv",
+    "JsonLinesLog",
     "Linear",
     "Maze",
     "QLearning",
@@ -52,8 +61,10 @@ __all__ = [
     "SarsaLambda",
     "Simulator",
     "SplitEnv",
+    "StopOnReturn",
     "TabularMDP",
     "TeamQ",
+    "TensorBoard",
     "TensorStep",
     "TuckerDecomposition",
     "__version__",
@@ -61,23 +72,29 @@ __all__ = [
     "cart_pole",
     "errors",
     "fold",
+    "kernel",
     "load",
     "mode_product",
     "quantile_edges",
     "random_maze",
     "robot_rescue",
     "sutton_maze",
+    "testing",
     "tucker",
     "unfold",
 ]
 
 _HOMES = {
     "Callback": "learners.callbacks",
+    "Checkpoint": "learners.following",
+    "CsvLog": "learners.logs",
     "DynaH": "learners.dyna_h",
+    "Evaluate": "learners.following",
     "Evaluation": "learners.evaluation",
     "Exponential": "learners.schedules",
     "Harmonic": "learners.schedules",
     "JointEnv": "problems.joint",
+    "JsonLinesLog": "learners.logs",
     "Linear": "learners.schedules",
     "Maze": "problems.maze",
     "QLearning": "learners.q_learning",
@@ -85,13 +102,16 @@ _HOMES = {
     "SarsaLambda": "learners.sarsa_lambda",
     "Simulator": "problems.simulator",
     "SplitEnv": "problems.split",
+    "StopOnReturn": "learners.following",
     "TabularMDP": "problems.mdp",
     "TeamQ": "learners.team_q",
+    "TensorBoard": "learners.tensorboard",
     "TensorStep": "generalization.step",
     "TuckerDecomposition": "tensor",
     "action_weights": "generalization.weights",
     "cart_pole": "problems.cart_pole",
     "fold": "tensor",
+    "kernel": "_jit",
     "load": "learners.loading",
     "mode_product": "tensor",
     "quantile_edges": "problems.bins",
@@ -104,6 +124,8 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "testing":  # a module, as `errors` is, but one that loads all of the library
+        return import_module("tuckerl.testing")
     if name not in _HOMES:
         raise AttributeError(f"module 'tuckerl' has no attribute {name!r}")
     value = getattr(import_module(f"tuckerl.{_HOMES[name]}"), name)

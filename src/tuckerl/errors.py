@@ -77,6 +77,10 @@ class OutputConflictError(TuckerlError, FileExistsError):
     """A folder holds the results of another specification."""
 
 
+class MissingExtraError(TuckerlError, ImportError):
+    """Something needs a library that comes only with one of the package's extras."""
+
+
 class RankWarning(UserWarning):
     """Ranks above what is possible were clipped."""
 

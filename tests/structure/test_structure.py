@@ -11,7 +11,7 @@ import tuckerl
 
 PACKAGE = Path(tuckerl.__file__).parent
 GROUND = {"errors", "checks", "rng", "_jit", "types", "files", "interrupts", "progress", "_version"}
-LAYERS = ["tensor", "problems", "generalization", "learners", "studies", "reports", "cli"]  # from the bottom
+LAYERS = ["tensor", "problems", "generalization", "learners", "testing", "studies", "reports", "cli"]  # from the bottom
 
 
 def sources() -> list[Path]:
@@ -84,7 +84,7 @@ def test_all_is_what_is_public() -> None:
     }
     for name, home in tuckerl._HOMES.items():
         assert told[name] == f"tuckerl.{home}"
-    assert set(tuckerl._HOMES) | {"__version__", "errors"} == set(tuckerl.__all__)
+    assert set(tuckerl._HOMES) | {"__version__", "errors", "testing"} == set(tuckerl.__all__)
 
 
 def test_every_public_thing_is_documented() -> None:

@@ -21,8 +21,9 @@ from tuckerl.generalization.sharing import share_tables
 from tuckerl.generalization.step import StepRun, TensorStep
 from tuckerl.interrupts import interrupts_held_back
 from tuckerl.learners import saved
-from tuckerl.learners.callbacks import Callback, Followers, Goal
+from tuckerl.learners.callbacks import Follower, Followers, Goal
 from tuckerl.learners.episodes import Agent, Record
+from tuckerl.learners.evaluation import CAPPED
 from tuckerl.learners.play import play, play_together
 from tuckerl.learners.saved_parts import (
     problem_parts,
@@ -39,11 +40,6 @@ from tuckerl.problems.resolve import Environment
 from tuckerl.types import FloatArray
 
 _DIVERGED = "a table left the finite numbers in episode {}, where learning stopped: a smaller alpha may keep it finite"
-_CAPPED = (
-    "an episode was cut off after {} steps, as the environment has no time limit: set one, for example with "
-    "gymnasium.make(..., max_episode_steps=...)"
-)
-_WINDOW = 100  # episodes between callbacks without a tensor step
 _PATIENCE = 0.25  # seconds in which Python is not asked, but for the end of an episode
 _UNLIMITED = sys.maxsize
 
@@ -78,7 +74,7 @@ class Learner(Tables):
         Agent j draws from its child j. None takes a fresh seed.
     bins : int, sequence, ...
         How observations that are a Box are cut into bins: a number for every dimension, or for each dimension a number
-        or the edges between its bins.
+        or the edges between its bins. Of a PettingZoo environment's agents, that for all or by agent.
     lift : bool
         Whether an environment that carries its transitions is played in compiled code (the default) or stepped.
 
@@ -95,7 +91,7 @@ class Learner(Tables):
         episodes: int | None = None,
         *,
         steps: int | None = None,
-        callbacks: Sequence[Callback] = (),
+        callbacks: Sequence[Follower] = (),
         progress: bool = False,
     ) -> Self:
         """Play and learn more episodes with every agent.
@@ -110,8 +106,9 @@ class Learner(Tables):
             How many (0 only lets agents that Ctrl-C left behind catch up, and takes a tensor step that is due); or ...
         steps : int, optional
             ... stop after the episode in which the first agent has done so many more steps.
-        callbacks : sequence of Callback
-            Called at the end of every window of episodes; see :mod:`tuckerl.learners.callbacks`.
+        callbacks : sequence of Callback or callable
+            Called at the end of every window of episodes. A callable takes the learner; if it returns False, learning
+            ends.
         progress : bool
             Whether to show a progress bar on a terminal.
 
@@ -126,29 +123,35 @@ class Learner(Tables):
         goal = self._goal(episodes, steps)
         with Followers(self, callbacks, goal, progress=progress) as followers:
             while self.diverged_at is None and followers.go_on and not self._is_done(goal):
-                with interrupts_held_back():
-                    due = self._due_step()
-                    if due is not None:
-                        self._generalize(due)
-                    else:
-                        until = min(goal.episodes, followers.next_stop())
-                        self._play_on(until, goal.steps - self._accounts.first_steps)
-                followers.follow(at_rest=self._due_step() is None)
+                try:
+                    with interrupts_held_back():
+                        self._advance(min(goal.episodes, followers.next_stop()), goal.steps)
+                finally:  # Ctrl-C is heard above; the window that it waited for may have ended
+                    followers.follow()
         if self.diverged_at is not None:
             warnings.warn(_DIVERGED.format(self.diverged_at), DivergenceWarning, stacklevel=2)
         return self
+
+    def _advance(self, until: int, n_steps: int) -> None:
+        """Play on, and take the tensor step where a window has ended (or is owed, as a user's function raised)."""
+        due = self._due_step()
+        if due is None:
+            self._play_on(until, n_steps - self._accounts.first_steps)
+            due = self._due_step()
+        if due is not None and self.diverged_at is None:
+            self._generalize(due)
 
     def _goal(self, episodes: int | None, steps: int | None) -> Goal:
         """Return the numbers of episodes and of the first agent's steps at which learning ends."""
         if (episodes is None) == (steps is None):
             raise ParameterError(f"learn() takes either episodes or steps; got episodes={episodes} and steps={steps}")
         if episodes is not None:
-            return Goal(self.episodes + check_int("episodes", episodes, 0), _UNLIMITED)
+            return Goal(self.episodes + check_int("episodes", episodes, 1), _UNLIMITED)
         return Goal(_UNLIMITED, self._accounts.first_steps + check_int("steps", steps, 1))
 
     def _is_done(self, goal: Goal) -> bool:
         reached = self.episodes >= goal.episodes or self._accounts.first_steps >= goal.steps
-        return reached and self._due_step() is None and self._accounts.is_even
+        return reached and self._accounts.is_even and self._due_step() is None
 
     def _due_step(self) -> StepRun | None:
         """Return the tensor step if a window has ended and it has not followed yet (a user's function may raise)."""
@@ -156,9 +159,9 @@ class Learner(Tables):
         return run if run is not None and run.n_windows < self.episodes // run.step.every else None
 
     @property
-    def window(self) -> int:
-        """Episodes from one tensor step to the next; without one, from one call of callbacks to the next."""
-        return _WINDOW if self._run is None else self._run.step.every
+    def is_at_rest(self) -> bool:
+        """Whether it is intact, all agents are at one episode, and the tensor step of the latest window is done."""
+        return self.is_intact and self._accounts.is_even and self._due_step() is None
 
     def _play_on(self, until: int, enough: int) -> None:
         """Play up to an episode or until the first agent has made `enough` steps, or let those behind catch up."""
@@ -189,20 +192,19 @@ class Learner(Tables):
         else:
             n = play(world.arrays, agents[0])
         accounts.add(tables, n if n >= 0 else -1 - n)
+        torn, self._is_torn[tables] = self._is_torn[tables] & (n == 0), True
         world.check()
-        longest = int(agents[0].record.steps[: max(n, 0)].max(initial=0))
+        self._is_torn[tables] = torn
+        longest = max(int(agent.record.steps[: max(n, 0)].max(initial=0)) for agent in agents)
         if self.problem.is_capped and longest == self.problem.max_episode_steps and not self._was_capped:
             self._was_capped = True
-            warnings.warn(_CAPPED.format(longest), StepCapWarning, stacklevel=4)
+            warnings.warn(CAPPED.format(longest), StepCapWarning, stacklevel=5)
         return n >= 0
 
     def _agent(self, table: int, until: int, enough: int, forbidden: Any) -> Agent:
-        if self._courses[0].size < until:
-            more = max(until, 2 * self._courses[0].size)
-            self._courses = (self._alphas.values(more), self._epsilons.values(more))
         chunk = slice(int(self._accounts.done[table]), until)
         steps, returns = self._accounts.room(table, until)
-        alpha, epsilon = (course[chunk] for course in self._courses)
+        alpha, epsilon = (numbers[chunk] for numbers in self._course(until))
         return Agent(
             method=self._method(table),
             q=self._q[table],
@@ -334,6 +336,7 @@ class Learner(Tables):
         self._q, self._weights = arrays["q"], arrays["weights"]
         self._accounts.restore(arrays)
         self._trajectory[:, : arrays["trajectory"].shape[1]] = arrays["trajectory"]
+        self._is_torn[:] = self.episodes > 0 and arrays["trajectory"].size == 0
         self._streams = list(arrays["streams"])
         for table, log in enumerate(self._logs):
             restore_log(log, saved.of_prefix(f"log{table}", arrays))

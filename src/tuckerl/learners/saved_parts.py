@@ -11,7 +11,7 @@ from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.saved import Arrays, Header, of_prefix, with_prefix
 from tuckerl.problems.mdp import MDPArrays, TabularMDP
-from tuckerl.problems.players import PlayersProblem
+from tuckerl.problems.players import EdgesOfPlayers, PlayersProblem
 from tuckerl.problems.resolve import Environment, Problem, Reading, as_problem
 from tuckerl.problems.simulator import Simulator
 from tuckerl.problems.stepped import Edges, SteppedProblem
@@ -25,7 +25,7 @@ def problem_parts(problem: Problem) -> tuple[Header, Arrays]:
     if isinstance(problem, Simulator):
         return {"simulator": _sizes(problem), "source": problem.source}, {}
     if isinstance(problem, _STEPPED):
-        header = {"id": problem.id, "source": problem.source, "sizes": _sizes(problem)}
+        header = {"id": problem.id, "source": problem.source, "sizes": _sizes(problem), "agents": _agents(problem)}
         return {type(problem).__name__: header}, _edges_of(problem)
     parts = problem.arrays._asdict()
     arrays: Arrays = {name: part for name, part in parts.items() if isinstance(part, np.ndarray)}
@@ -33,11 +33,16 @@ def problem_parts(problem: Problem) -> tuple[Header, Arrays]:
     if problem.heuristic is not None:
         arrays["heuristic"] = problem.heuristic
     own = {"n_states": problem.n_states, "action_sizes": list(problem.action_sizes), "layout": problem.layout}
-    return numbers | own | {"source": problem.source}, arrays
+    own |= {"is_capped": problem.is_capped, "source": problem.source}
+    return numbers | own, arrays
 
 
 def _sizes(problem: Problem) -> list[int | None]:
     return [problem.n_states, problem.n_actions, problem.max_episode_steps]
+
+
+def _agents(problem: SteppedProblem | PlayersProblem) -> list[str]:
+    return [str(name) for name in (problem.players if isinstance(problem, PlayersProblem) else problem.members)]
 
 
 def _edges_of(problem: SteppedProblem | PlayersProblem) -> Arrays:
@@ -77,11 +82,23 @@ def _restored_environment(
         raise SavedFileError(
             f"{path} was learned on an environment that no file holds, {header['source']}: {_GIVE_ENV}"
         )
-    places = sorted({name.split(".")[0] for name in arrays}, key=lambda name: int(name.removeprefix("edges")))
-    edges = [Edges(tuple(of_prefix(place, arrays).values())) for place in places]
-    bins = edges[0] if edges and kind is SteppedProblem else edges or None
+    n_codings = len(header["agents"]) if kind is PlayersProblem else 1
+    edges = tuple(Edges(tuple(of_prefix(f"edges{place}", arrays).values())) for place in range(n_codings))
+    bins: Any = None
+    if arrays:
+        bins = EdgesOfPlayers(edges) if kind is PlayersProblem else edges[0]
     given = header["id"] if env is None else env
-    return _same(as_problem(given, replace(reading, bins=bins, lift=False)), kind, header["sizes"], path)
+    try:
+        problem = as_problem(given, replace(reading, bins=bins, lift=False))
+    except ParameterError as error:  # the edges belong to another space
+        raise ParameterError(f"env must be the one that {path} was saved with, {header['source']}: {error}") from error
+    problem = _same(problem, kind, header["sizes"], path)
+    if isinstance(problem, _STEPPED) and _agents(problem) != header["agents"]:
+        raise ParameterError(
+            f"env must be the one that {path} was saved with, of the agents {', '.join(header['agents'])}, in this "
+            f"order; got {', '.join(_agents(problem))}"
+        )
+    return problem
 
 
 def _same(problem: Problem, kind: type, sizes: list[int | None], path: Path) -> Problem:
@@ -106,6 +123,7 @@ def _restored_table(header: Header, arrays: Arrays) -> TabularMDP:
         tuple(header["action_sizes"]),
         None if layout is None else (layout[0], layout[1]),
     )
+    problem.is_capped = header.get("is_capped", False)
     problem.source = header.get("source")
     return problem
 

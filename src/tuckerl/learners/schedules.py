@@ -3,12 +3,12 @@
 import dataclasses
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tuckerl.checks import check_int, check_name, check_real
-from tuckerl.errors import ParameterError
+from tuckerl.errors import ParameterError, ParameterTypeError
 from tuckerl.types import FloatArray
 
 
@@ -18,6 +18,13 @@ class Schedule(ABC):
     @abstractmethod
     def values(self, n_episodes: int) -> FloatArray:
         """Return the numbers of the episodes 0 to `n_episodes` - 1, (n_episodes,) float64."""
+
+
+class Course(NamedTuple):
+    """What changes from episode to episode, for the first E of them."""
+
+    alpha: FloatArray  # (E,)
+    epsilon: FloatArray  # (E,)
 
 
 @dataclass(frozen=True)
@@ -113,10 +120,13 @@ def as_schedule(name: str, value: object, decay: float = 1.0, *, positive: bool 
     Raises
     ------
     ParameterError, ParameterTypeError
-        If it is neither a number in [0, 1] nor a schedule, or a schedule is to decay on top.
+        If it is neither a number in [0, 1] nor one of these schedules, or a schedule is to decay on top.
     """
     if not isinstance(value, Schedule):
         return Exponential(check_real(name, value, 0.0, 1.0, low_open=positive), decay)
+    if type(value) not in SCHEDULES.values():  # no file could hold it
+        known = ", ".join(f"tuckerl.{kind}" for kind in SCHEDULES)
+        raise ParameterTypeError(f"{name} must be a number or one of the schedules {known}; got {value!r}")
     if decay != 1.0:
         raise ParameterError(f"{name} is a schedule already: leave {name}_decay at 1; got {decay}")
     return value

@@ -21,7 +21,7 @@ from tuckerl.learners.parameters import (
     check_step,
 )
 from tuckerl.learners.prediction import predict
-from tuckerl.learners.schedules import Schedule, as_schedule
+from tuckerl.learners.schedules import Course, Schedule, as_schedule
 from tuckerl.problems.players import PlayersProblem
 from tuckerl.problems.resolve import Agents, Environment, Problem, Reading, as_problem
 from tuckerl.rng import child, seed_sequence, stream
@@ -30,6 +30,7 @@ from tuckerl.types import BoolArray, FloatArray, IntArray, Seed
 _MAX_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
 _PREDICTION_STREAM = 2**32 - 2  # the child of the seed for predict(deterministic=False)
 _EVALUATION_STREAM = 2**32 - 3  # and that for evaluate()
+_WINDOW = 100  # episodes between callbacks without a tensor step
 
 
 class Tables(ABC):
@@ -88,10 +89,11 @@ class Tables(ABC):
         self._trajectory: IntArray = np.zeros((n_tables, limit + 1), dtype=np.int64)
         self._logs: tuple[ChangeLog, ...] = tuple(empty_log(*shape, every) for _ in range(n_tables))
         self._accounts = Accounts(n_tables)
-        self._courses = (self._alphas.values(0), self._epsilons.values(0))
+        self._known_course = Course(self._alphas.values(0), self._epsilons.values(0))
         self._run = None if step is None else StepRun(step, self._initial_q, n_tables, self._sequence)
         self._prediction_rng = np.random.default_rng(child(self._sequence, _PREDICTION_STREAM))
         self._was_capped = False
+        self._is_torn = np.zeros(n_tables, dtype=np.bool_)  # whose trajectory is one of an episode that was broken off
 
     @abstractmethod
     def _method(self, table: int) -> Any:
@@ -106,6 +108,16 @@ class Tables(ABC):
     def first_agent_steps(self) -> int:
         """Steps of the first agent in all its episodes: what ``learn(steps=...)`` counts."""
         return self._accounts.first_steps
+
+    @property
+    def window(self) -> int:
+        """Episodes from one tensor step to the next; without one, from one call of callbacks to the next."""
+        return _WINDOW if self._run is None else self._run.step.every
+
+    @property
+    def is_intact(self) -> bool:
+        """Whether no table has left the finite numbers, and no error has broken off the latest episode."""
+        return self.diverged_at is None and not bool(self._is_torn.any())
 
     @property
     def steps(self) -> IntArray:
@@ -150,11 +162,19 @@ class Tables(ABC):
 
     @property
     def trajectories(self) -> tuple[IntArray, ...]:
-        """Each agent's states in its latest episode, a million at most; none before the first or after divergence."""
-        if self.episodes == 0 or self.diverged_at is not None or not self._accounts.is_even:
+        """Each agent's states in its latest episode, a million at most; none if there is none that was whole."""
+        is_whole = self._accounts.is_even and self.is_intact
+        if self.episodes == 0 or not is_whole:
             return tuple(np.zeros(0, dtype=np.int64) for _ in range(self.n_tables))
         last = self._accounts.steps[:, -1]
         return tuple(self._trajectory[table, : n + 1].copy() for table, n in enumerate(last))
+
+    def _course(self, n_episodes: int) -> Course:
+        """Return the numbers that change from episode to episode, for so many episodes at least."""
+        if self._known_course.alpha.size < n_episodes:
+            more = max(n_episodes, 2 * self._known_course.alpha.size)
+            self._known_course = Course(self._alphas.values(more), self._epsilons.values(more))
+        return self._known_course
 
     def to_frame(self) -> Any:
         """Return the history as a Polars frame: a row for each agent and episode, with its steps and return."""
@@ -176,7 +196,7 @@ class Tables(ABC):
         ParameterError, ParameterTypeError, ObservationError
             If an observation is none of the environment's.
         """
-        epsilon = 0.0 if deterministic else float(self._epsilons.values(self.episodes + 1)[-1])
+        epsilon = 0.0 if deterministic else float(self._course(self.episodes + 1).epsilon[self.episodes])
         forbidden = [table for world in self._worlds for table in world.forbidden]
         return predict(self.problem, self._q, forbidden, observation, epsilon, self._prediction_rng), None
 
@@ -184,15 +204,20 @@ class Tables(ABC):
         """Play greedy episodes apart from learning, which goes on as if they had not been.
 
         The policy is `predict`'s. The environment is a copy, and every call draws from the same stream, so that two
-        calls without learning between them agree, unless `seed` gives another one.
+        calls without learning between them agree, unless `seed` gives another one. Without a time limit, episodes are
+        cut off after 100,000 steps.
 
         Raises
         ------
         ProblemError
             If the environment cannot be copied.
         """
+        return self._evaluate(self._q, check_int("episodes", episodes, 1), seed)
+
+    def _evaluate(self, q: FloatArray, episodes: int, seed: Seed) -> Evaluation:
+        """Evaluate tables, which may be those of an earlier learner of the same run."""
         sequence = child(self._sequence, _EVALUATION_STREAM) if seed is None else seed_sequence(seed)
-        return evaluate(self.problem, self._q, check_int("episodes", episodes, 1), sequence)
+        return evaluate(self.problem, q, episodes, sequence)
 
     @property
     def parameters(self) -> dict[str, Any]:

@@ -135,7 +135,8 @@ def _read(env: Any, source: str, make: Callable[[], Any] | None, reading: Readin
 def _read_parallel(env: Any, source: str, make: Callable[[], Any] | None, reading: Reading) -> Problem:
     if reading.agents is Agents.APART:
         return PlayersProblem(env, source, make, bins=reading.bins)
-    table = _joint_table(env) if reading.lift else None
+    # The joint transitions pay the mean.
+    table = _joint_table(env) if reading.lift and reading.reward == "mean" else None
     if table is not None:
         _refuse_bins(reading, source)
         return _limited(table, table.max_episode_steps, source)
@@ -149,7 +150,7 @@ def _joint_table(env: Any) -> TabularMDP | None:
     while type(layer) is BaseParallelWrapper:  # a subclass may override anything; the base passes all on
         layer = layer.env
     mdp = getattr(layer, "mdp", None)
-    if isinstance(layer, BaseParallelWrapper) or not isinstance(mdp, TabularMDP):
+    if isinstance(layer, BaseParallelWrapper) or not isinstance(mdp, TabularMDP) or _is_altered(layer):
         return None
     n_agents = len(layer.possible_agents)
     if len(mdp.action_sizes) != n_agents:
@@ -188,8 +189,17 @@ def _without_transparent_wrappers(env: GymEnvironment) -> tuple[GymEnvironment, 
     return layer, min(limits, default=None)
 
 
+def _is_altered(env: Any) -> bool:
+    """Return whether a user has changed what one of this library's environments does, but perhaps not its arrays."""
+    own = any(kind.__module__.startswith("tuckerl.") for kind in type(env).__mro__)
+    methods = [getattr(env, name) for name in ("reset", "step")]
+    return own and not all(getattr(method, "__module__", "").startswith("tuckerl.") for method in methods)
+
+
 def _own_problem(env: GymEnvironment) -> TabularMDP | Simulator | None:
     """Return the transitions that an environment carries."""
+    if _is_altered(env):
+        return None
     problem = getattr(env, "mdp", None) or getattr(env, "simulator", None)
     return problem if isinstance(problem, (TabularMDP, Simulator)) else lifted_table(env)
 

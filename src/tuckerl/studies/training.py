@@ -129,7 +129,9 @@ class Training:
         """
         saving = [] if checkpoint is None else [_Saving(self.agent_file, check_int("checkpoint", checkpoint, 1))]
         try:
-            self.learner.learn(**self._left(), callbacks=[self._clock, *saving], progress=progress)
+            left = self._left()
+            if left:
+                self.learner.learn(**left, callbacks=[self._clock, *saving], progress=progress)
         except EnvironmentFaultError as error:
             raise EnvironmentFaultError(f"{error}; saved in {self.agent_file}") from error
         finally:
@@ -174,12 +176,16 @@ class Training:
         return held
 
     def _left(self) -> dict[str, int]:
-        """Return what `learn` has to be asked for; 0 episodes finish what an interrupt left half done."""
+        """Return what `learn` has to be asked for; nothing where nothing is left."""
         episodes, steps = (self._asked["goal"][name] for name in _GOALS)
         if episodes is not None:
-            return {"episodes": max(0, episodes - self.learner.episodes)}
+            left = episodes - self.learner.episodes
+            return {"episodes": left} if left > 0 else {}
         left = steps - self.learner.first_agent_steps
-        return {"steps": left} if left > 0 else {"episodes": 0}
+        if left > 0:
+            return {"steps": left}
+        # The first agent is there; one episode more is asked for, and those behind catch up with it instead.
+        return {} if self.learner.is_at_rest else {"episodes": 1}
 
     def _check_goal(self) -> None:
         wanted = self._asked["goal"]["episodes"]
