@@ -103,7 +103,7 @@ class Learner(Tables):
         Parameters
         ----------
         episodes : int, optional
-            How many (0 only lets agents that Ctrl-C left behind catch up, and takes a tensor step that is due); or ...
+            How many; or ...
         steps : int, optional
             ... stop after the episode in which the first agent has done so many more steps.
         callbacks : sequence of Callback or callable
@@ -313,12 +313,15 @@ class Learner(Tables):
     def _saved_arrays(self) -> saved.Arrays:
         """Return all that learning changes, and the parameters that are arrays."""
         uniform = self._initial_q.strides == (0, 0)
-        longest = max((path.size for path in self.trajectories), default=0)
+        paths = self.trajectories
+        trajectory = np.zeros((self.n_tables, max(path.size for path in paths)), dtype=np.int64)
+        for row, path in zip(trajectory, paths, strict=True):  # without what earlier episodes left behind its end
+            row[: path.size] = path
         arrays: saved.Arrays = {
             "initial_q": self._initial_q[0, 0] if uniform else self._initial_q,
             "q": self._q,
             "weights": self._weights,
-            "trajectory": self._trajectory[:, :longest],
+            "trajectory": trajectory,
             "streams": np.stack(self._streams),
         }
         arrays |= self._accounts.saved()
