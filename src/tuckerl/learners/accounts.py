@@ -32,6 +32,13 @@ class Accounts:
         return int(self.done.max())
 
     @property
+    def longest_last(self) -> int:
+        """Steps of the longest of all tables' latest episodes, 0 where there is none."""
+        return max(
+            (int(steps[done - 1]) for steps, done in zip(self._steps, self.done, strict=True) if done), default=0
+        )
+
+    @property
     def is_even(self) -> bool:
         """Whether no table is ahead of another."""
         return self.episodes == self.furthest

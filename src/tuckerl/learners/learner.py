@@ -103,7 +103,7 @@ class Learner(Tables):
         Parameters
         ----------
         episodes : int, optional
-            How many (0 only lets agents that Ctrl-C left behind catch up, and takes a tensor step that is due); or ...
+            How many; or ...
         steps : int, optional
             ... stop after the episode in which the first agent has done so many more steps.
         callbacks : sequence of Callback or callable
@@ -115,8 +115,7 @@ class Learner(Tables):
         Raises
         ------
         ParameterError, ParameterTypeError
-            If neither or both of `episodes` and `steps` are given, `episodes` is not a whole number of at least 0, or
-            `steps` is not one of at least 1.
+            If neither or both of `episodes` and `steps` are given, or one is not a whole number of at least 1.
         SimulatorError, EnvironmentFaultError
             If a simulator or an environment does something impossible. What was learned before is kept.
         """
@@ -286,9 +285,7 @@ class Learner(Tables):
         if header["learner"] != cls.__name__:
             held = header["learner"]
             raise SavedFileError(f"{path} holds a {held}, not a {cls.__name__}: load it with {held}.load")
-        parameters: dict[str, Any] = {
-            n: from_json(v) if isinstance(v, dict) else v for n, v in header["parameters"].items()
-        }
+        parameters: dict[str, Any] = {name: from_json(value) for name, value in header["parameters"].items()}
         problem_arrays = saved.of_prefix("problem", arrays)
         learner = cls(
             restored_problem(header["problem"], problem_arrays, env, Path(path), cls.reading_of(parameters)),
@@ -313,7 +310,8 @@ class Learner(Tables):
     def _saved_arrays(self) -> saved.Arrays:
         """Return all that learning changes, and the parameters that are arrays."""
         uniform = self._initial_q.strides == (0, 0)
-        longest = max((path.size for path in self.trajectories), default=0)
+        # Of every table, also of one that is ahead of others; none where an error broke off somebody's latest episode.
+        longest = self._accounts.longest_last + 1 if self.is_intact and self._accounts.furthest > 0 else 0
         arrays: saved.Arrays = {
             "initial_q": self._initial_q[0, 0] if uniform else self._initial_q,
             "q": self._q,
@@ -333,7 +331,7 @@ class Learner(Tables):
         self._q, self._weights = arrays["q"], arrays["weights"]
         self._accounts.restore(arrays)
         self._trajectory[:, : arrays["trajectory"].shape[1]] = arrays["trajectory"]
-        self._is_torn[:] = self.episodes > 0 and arrays["trajectory"].size == 0
+        self._is_torn[:] = self._accounts.furthest > 0 and arrays["trajectory"].size == 0
         self._streams = list(arrays["streams"])
         for table, log in enumerate(self._logs):
             restore_log(log, saved.of_prefix(f"log{table}", arrays))
