@@ -13,6 +13,7 @@ from tests.learners.worlds import corridor, random_mdp
 from tuckerl import Callback, Checkpoint, CsvLog, Evaluate, JsonLinesLog, QLearning, StopOnReturn, TensorStep
 from tuckerl.errors import DivergenceWarning, EnvironmentFaultError, ParameterError, ParameterTypeError
 from tuckerl.generalization.sharing import ShareContext
+from tuckerl.learners.callbacks import Followers, Goal
 from tuckerl.learners.learner import Learner
 from tuckerl.learners.q_learning import QMethod
 
@@ -71,6 +72,16 @@ def test_a_window_is_not_told_twice() -> None:
     diary, learner = Diary(), QLearning(PROBLEM, seed=1, tensor_step=STEP)
     learner.learn(5, callbacks=[diary]).learn(4, callbacks=[diary])
     assert diary.calls == [("start", 0), *windows(5), ("end", 5), ("start", 5), ("end", 9)]
+
+
+def test_where_nothing_was_played_nobody_is_called() -> None:
+    # An environment that Python steps may have used up its time before the first episode ends.
+    diary, learner = Diary(4), QLearning(PROBLEM, seed=1)
+    followers = Followers(learner, [diary], Goal(8, 10**9), progress=False)
+    learner.learn(4)
+    followers.follow()
+    followers.follow()
+    assert diary.calls == windows(4)
 
 
 def test_several_are_called_in_their_order() -> None:
@@ -255,6 +266,7 @@ def test_after_an_episode_that_broke_off_nobody_is_told_before_the_next_whole_on
         learner.learn(9, callbacks=[diary])
     assert diary.calls == [("start", 0), *windows(2, 4, 6), ("end", 6)]
     assert not learner.is_intact
+    assert not learner.is_at_rest
     learner.learn(2, callbacks=[diary])
     assert learner.is_intact
     assert diary.calls[5:] == [("start", 6), *windows(8), ("end", 8)]

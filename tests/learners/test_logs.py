@@ -108,6 +108,13 @@ def test_a_run_that_goes_on_has_every_row_once(kind: Any, tmp_path: Path) -> Non
         assert seen == ["".join(whole.read_text().splitlines(keepends=True)[:rows])]
 
 
+def test_a_log_may_follow_one_learner_after_another(tmp_path: Path) -> None:
+    log = CsvLog(tmp_path / "log", every=4)
+    QLearning(PROBLEM, seed=1).learn(30, callbacks=[log])
+    counting_learner().learn(9, callbacks=[log])
+    assert log.path.read_text() == HEAD + FOUR + EIGHT
+
+
 def test_numbers_are_read_back_to_the_last_bit(tmp_path: Path) -> None:
     learner = QLearning(PROBLEM, n_agents=3, alpha=1 / 3, epsilon_decay=0.9, seed=1)
     learner.learn(12, callbacks=[CsvLog(tmp_path / "log", every=4)])
@@ -216,17 +223,26 @@ def test_calls_within_one_second_have_files_of_their_own(tmp_path: Path) -> None
     assert {step for _, step in points_of(tmp_path)} == {2, 4, 6, 8, 10}
 
 
-def test_tensorboard_forgets_what_came_after_the_checkpoint(tmp_path: Path) -> None:
+@pytest.mark.parametrize("episode", [4, 5])
+def test_tensorboard_forgets_what_came_after_the_checkpoint(episode: int, tmp_path: Path) -> None:
     def fresh() -> QLearning:
         return QLearning(PROBLEM, seed=1)
 
     board = TensorBoard(tmp_path / "board", every=2)
-    fresh().learn(9, callbacks=[board, Checkpoint(tmp_path / "agent{episode}", every=5)])
-    again = QLearning.load(tmp_path / "agent5")
+    fresh().learn(9, callbacks=[board, Checkpoint(tmp_path / "agent{episode}", every=episode)])
+    again = QLearning.load(tmp_path / f"agent{episode}")
     assert {step for _, step in points_of(tmp_path / "board")} == {2, 4, 6, 8}
-    again.learn(2, callbacks=[board])
+    again.learn(7 - episode, callbacks=[board])
     fresh().learn(7, callbacks=[TensorBoard(tmp_path / "whole", every=2)])
     assert points_of(tmp_path / "board") == points_of(tmp_path / "whole")
+
+
+def test_points_can_be_seen_while_it_learns(tmp_path: Path) -> None:
+    seen: list[set[int]] = []
+    QLearning(PROBLEM, seed=1).learn(
+        200, callbacks=[TensorBoard(tmp_path), lambda learner: seen.append({step for _, step in points_of(tmp_path)})]
+    )
+    assert seen == [{100}, {100, 200}]
 
 
 def test_the_extra_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

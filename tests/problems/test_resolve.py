@@ -197,8 +197,8 @@ def test_a_misspelt_parallel_id_is_put_right(name: str) -> None:
 def test_parallel_instances_are_not_closed_and_callables_are() -> None:
     watched: type[WatchedRescue] = type("Watched", (WatchedRescue,), {"closed": 0})
     env = watched()
-    assert as_problem(env, TEAM) is env.mdp
-    assert as_problem(BaseParallelWrapper(env), TEAM) is env.mdp
+    assert table_of(as_problem(env, TEAM)) is env.mdp.arrays.next_state
+    assert table_of(as_problem(BaseParallelWrapper(env), TEAM)) is env.mdp.arrays.next_state
     assert watched.closed == 0
     assert as_problem(watched, TEAM).max_episode_steps == 7
     assert watched.closed == 1

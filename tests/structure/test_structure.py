@@ -114,7 +114,8 @@ def test_the_import_is_light() -> None:
 def test_the_help_is_light() -> None:
     code = (
         "import tuckerl.cli\n"
-        "for arguments in (['--help'], ['reproduce', '--help'], ['compare', '--help'], ['list', '--help']):\n"
+        "for arguments in (['--help'], ['reproduce', '--help'], ['compare', '--help'], ['list', '--help'],\n"
+        "                  ['train', '--help'], ['evaluate', '--help'], ['show', '--help']):\n"
         "    try: tuckerl.cli.main(arguments)\n"
         "    except SystemExit as end: assert end.code == 0"
     )

@@ -47,7 +47,7 @@ def choose(method: Method, agent: Agent, state: int, epsilon: float) -> int:
     if method.fault == UNSEEDED:
         return int(np.random.random() * agent.q.shape[1]) if agent.forbidden.size == 0 else 1  # noqa: NPY002  # that is the fault
     if method.fault == DETERMINED:
-        return state % 2 % agent.q.shape[1]
+        return int(state % 2 % agent.q.shape[1])
     return epsilon_greedy(agent, state, epsilon)
 
 

@@ -28,7 +28,7 @@ def train(
     ] = None,
     seed: Annotated[int, typer.Option(help="Decides all results.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for the agent. Default: one in results/train.")] = None,
-    checkpoint: Annotated[int | None, typer.Option(help="Save after every so many episodes, too.")] = None,
+    checkpoint: Annotated[int | None, typer.Option(min=1, help="Save after every so many episodes, too.")] = None,
     evaluate: Annotated[int, typer.Option(min=0, help="Greedy episodes at the end.")] = 100,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the folder's agent, to more episodes than it was to learn.")

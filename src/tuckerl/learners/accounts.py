@@ -32,11 +32,10 @@ class Accounts:
         return int(self.done.max())
 
     @property
-    def longest_last(self) -> int:
-        """Steps of the longest of all tables' latest episodes, 0 where there is none."""
-        return max(
-            (int(steps[done - 1]) for steps, done in zip(self._steps, self.done, strict=True) if done), default=0
-        )
+    def latest_steps(self) -> IntArray:
+        """Steps of each table's latest episode, -1 where there is none, (N,)."""
+        pairs = zip(self._steps, self.done, strict=True)
+        return np.array([steps[done - 1] if done else -1 for steps, done in pairs], dtype=np.int64)
 
     @property
     def is_even(self) -> bool:

@@ -311,12 +311,14 @@ class Learner(Tables):
         """Return all that learning changes, and the parameters that are arrays."""
         uniform = self._initial_q.strides == (0, 0)
         # Of every table, also of one that is ahead of others; none where an error broke off somebody's latest episode.
-        longest = self._accounts.longest_last + 1 if self.is_intact and self._accounts.furthest > 0 else 0
+        sizes = self._accounts.latest_steps[:, np.newaxis] + 1 if self.is_intact else np.zeros((1, 1), dtype=np.int64)
+        trajectory = self._trajectory[:, : sizes.max()].copy()
+        trajectory *= np.arange(trajectory.shape[1]) < sizes  # what earlier episodes left behind its end
         arrays: saved.Arrays = {
             "initial_q": self._initial_q[0, 0] if uniform else self._initial_q,
             "q": self._q,
             "weights": self._weights,
-            "trajectory": self._trajectory[:, :longest],
+            "trajectory": trajectory,
             "streams": np.stack(self._streams),
         }
         arrays |= self._accounts.saved()

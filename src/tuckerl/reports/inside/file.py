@@ -1,5 +1,6 @@
 """A file as something to look into: a saved learner, or a tensor of Q-tables as NumPy saves it."""
 
+import io
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -83,13 +84,13 @@ def _of_tensor(path: Path, asked: Asked) -> Found:
 
 def _read(path: Path) -> FloatArray:
     try:
-        loaded_file = np.load(path, allow_pickle=False)
-        if isinstance(loaded_file, np.ndarray):
-            return loaded_file
-        with loaded_file as archive:
+        held: Any = np.load(io.BytesIO(path.read_bytes()), allow_pickle=False)
+        if isinstance(held, np.ndarray):
+            return held
+        with held as archive:
             if len(archive.files) != 1:
-                held = ", ".join(archive.files) or "none"
-                raise SavedFileError(f"{path} must hold one array, the tensor of Q-tables; it holds {held}")
+                names = ", ".join(archive.files) or "none"
+                raise SavedFileError(f"{path} must hold one array, the tensor of Q-tables; it holds {names}")
             array: FloatArray = archive[archive.files[0]]
             return array
     except SavedFileError:

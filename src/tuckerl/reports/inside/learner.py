@@ -15,12 +15,16 @@ from tuckerl.types import BoolArray
 
 _RESCUE = ("left", "right", "up", "down", "stay")
 _MAZE = ("up", "down", "left", "right")
+_CLIFF = ("up", "right", "down", "left")
+_LAKE = ("left", "down", "right", "up")
 _ACTIONS = {
     "Blackjack": ("stick", "hit"),
     "CartPole": ("push left", "push right"),
-    "CliffWalking": ("up", "right", "down", "left"),
+    "CliffWalking": _CLIFF,
+    "CliffWalkingSlippery": _CLIFF,
     "DynaMaze": _MAZE,
-    "FrozenLake": ("left", "down", "right", "up"),
+    "FrozenLake": _LAKE,
+    "FrozenLake8x8": _LAKE,
     "Maze": _MAZE,
     "MountainCar": ("push left", "no push", "push right"),
     "RobotRescue": _RESCUE,
