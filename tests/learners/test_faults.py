@@ -21,6 +21,7 @@ from tuckerl import Callback, DynaH, JointEnv, QLearning, Sarsa, SarsaLambda, Si
 from tuckerl.errors import EnvironmentFaultError, ObservationError, SimulatorError, StepCapWarning, TableSizeError
 from tuckerl.generalization.change_log import ENTRIES
 from tuckerl.interrupts import interrupts_held_back, is_impatient
+from tuckerl.learners import evaluation
 from tuckerl.problems import players, resolve, stepped
 
 MDP = random_mdp(5, n_states=6, limit=12, ends=0.05)
@@ -322,6 +323,28 @@ def test_callbacks_see_a_learner_at_rest_only(monkeypatch: pytest.MonkeyPatch) -
     assert all(even for _, even in seen)
 
 
+# A learner that is saved while one agent is ahead of the others
+
+
+def test_agents_that_catch_up_after_loading_are_followed_as_if_they_had_not_been_saved(tmp_path: Path) -> None:
+    def uneven() -> QLearning:
+        learner = QLearning(TableEnv(MDP), n_agents=2, seed=0, tensor_step=TensorStep(every=5, ranks=(2, 2, 2, 1)))
+        learner.learn(2)  # which loads the kernels, so that nobody stops because it is late
+        learner._play_world(0, [0], 5, 10**9)
+        return learner
+
+    never_saved, saved = uneven(), uneven()
+    assert (saved.is_intact, saved.is_at_rest) == (True, False)
+    saved.save(tmp_path / "agent")
+    again = QLearning.load(tmp_path / "agent", env=TableEnv(MDP))
+    windows: dict[str, list[int]] = {"never saved": [], "saved": []}
+    never_saved.learn(3, callbacks=[lambda learner: windows["never saved"].append(learner.episodes)])
+    again.learn(3, callbacks=[lambda learner: windows["saved"].append(learner.episodes)])
+    assert windows == {"never saved": [5], "saved": [5]}
+    assert_same(again, never_saved)
+    assert all(path.size > 1 for path in again.trajectories)
+
+
 # Environments that never end
 
 
@@ -342,8 +365,20 @@ def test_an_environment_that_never_ends_is_cut_off_with_one_warning(made: Any, s
         learner.learn(3).learn(2)
     assert [warning.filename for warning in caught] == [__file__]
     assert learner.steps.tolist() == [[25]] * 5
-    with pytest.warns(StepCapWarning, match="cut off after 25 steps"):
+    with pytest.warns(StepCapWarning, match="cut off after 25 steps") as caught:
         learner.evaluate(2)
+    assert [warning.filename for warning in caught] == [__file__]
+
+
+def test_greedy_episodes_of_a_users_own_endless_table_are_cut_off_with_a_warning(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(evaluation, "STEP_CAP", 25)
+    circle = TabularMDP([[0, 0]], [[0.0, 0.0]], [[False, True]])
+    learner = QLearning(circle, ties="first", seed=0)
+    with pytest.warns(StepCapWarning, match="cut off after 25 steps"):
+        assert learner.evaluate(2).steps.tolist() == [[25], [25]]
+    assert not learner.problem.is_capped
 
 
 def test_agents_of_which_the_first_leaves_are_cut_off_with_a_warning(small_cap: int) -> None:

@@ -107,6 +107,17 @@ def test_a_team_that_is_not_paid_the_mean_is_stepped() -> None:
         TeamQ(lambda: RobotRescueEnv(".H.\nATB"), team_reward="robot_9")
 
 
+@pytest.mark.parametrize(
+    "env",
+    ["FrozenLake-v1", lambda: JointEnv(RobotRescueEnv(".H.\nATB")), TabularMDP([[0]], [[1]], [[True]]), sutton_maze()],
+)
+def test_a_team_reward_is_refused_where_there_is_one_reward_only(env: Any) -> None:
+    with pytest.raises(
+        ParameterError, match=r"team_reward is for PettingZoo .*; (a |F|J)\w+.* has one reward: leave it out"
+    ):
+        TeamQ(env, team_reward="sum")
+
+
 def test_a_wrapper_that_changes_rewards_changes_what_is_learned() -> None:
     doubled = QLearning(lambda: TimeLimit(TransformReward(cliff(), lambda reward: 2.0 * float(reward)), 40), seed=2)
     plain = QLearning(cliff, seed=2)

@@ -139,6 +139,13 @@ def test_copies_and_time_limits_keep_all_but_the_limit() -> None:
     assert repr(limited).endswith("test_simulator, 5 states, 2 actions, max_episode_steps=3)")
 
 
+def test_another_time_limit_needs_no_other_compilation(slippery: Simulator) -> None:
+    here = slippery.world().arrays
+    there = slippery.with_time_limit(7).world().arrays
+    assert (there.reset, there.step, there.index) == (here.reset, here.step, here.index)
+    assert there.max_episode_steps == 7
+
+
 def test_compiled_functions_of_a_user_are_taken_too() -> None:
     world = line(slip=0.0, index=kernel(index)).world().arrays
     dynamics.reset(world, rng())

@@ -65,6 +65,7 @@ def evaluate(problem: Problem, q: FloatArray, episodes: int, sequence: np.random
     """
     if problem.max_episode_steps is None:  # a greedy policy may go round in circles for ever
         problem = problem.with_time_limit(STEP_CAP)
+        problem.is_capped = True  # a new one: the learner's own stays as it is
     together = isinstance(problem, PlayersProblem)
     tables = q if together else q[:1]
     world = problem.world()
@@ -86,7 +87,9 @@ def evaluate(problem: Problem, q: FloatArray, episodes: int, sequence: np.random
     finally:
         world.close()
     if problem.is_capped and steps.max() == problem.max_episode_steps:
-        warnings.warn(CAPPED.format(problem.max_episode_steps), StepCapWarning, stacklevel=3)
+        warnings.warn(
+            CAPPED.format(problem.max_episode_steps), StepCapWarning, stacklevel=4
+        )  # the caller of a learner's evaluate()
     values = returns.mean(axis=0)
     low, high = mean_interval(values, np.random.default_rng(child(sequence, _BOOTSTRAP)))
     return Evaluation(returns.T.copy(), steps.T.copy(), float(values.mean()), low, high)

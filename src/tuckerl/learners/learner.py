@@ -115,8 +115,7 @@ class Learner(Tables):
         Raises
         ------
         ParameterError, ParameterTypeError
-            If neither or both of `episodes` and `steps` are given, `episodes` is not a whole number of at least 0, or
-            `steps` is not one of at least 1.
+            If neither or both of `episodes` and `steps` are given, or one is not a whole number of at least 1.
         SimulatorError, EnvironmentFaultError
             If a simulator or an environment does something impossible. What was learned before is kept.
         """
@@ -286,9 +285,7 @@ class Learner(Tables):
         if header["learner"] != cls.__name__:
             held = header["learner"]
             raise SavedFileError(f"{path} holds a {held}, not a {cls.__name__}: load it with {held}.load")
-        parameters: dict[str, Any] = {
-            n: from_json(v) if isinstance(v, dict) else v for n, v in header["parameters"].items()
-        }
+        parameters: dict[str, Any] = {name: from_json(value) for name, value in header["parameters"].items()}
         problem_arrays = saved.of_prefix("problem", arrays)
         learner = cls(
             restored_problem(header["problem"], problem_arrays, env, Path(path), cls.reading_of(parameters)),
@@ -313,10 +310,10 @@ class Learner(Tables):
     def _saved_arrays(self) -> saved.Arrays:
         """Return all that learning changes, and the parameters that are arrays."""
         uniform = self._initial_q.strides == (0, 0)
-        paths = self.trajectories
-        trajectory = np.zeros((self.n_tables, max(path.size for path in paths)), dtype=np.int64)
-        for row, path in zip(trajectory, paths, strict=True):  # without what earlier episodes left behind its end
-            row[: path.size] = path
+        # Of every table, also of one that is ahead of others; none where an error broke off somebody's latest episode.
+        sizes = self._accounts.latest_steps[:, np.newaxis] + 1 if self.is_intact else np.zeros((1, 1), dtype=np.int64)
+        trajectory = self._trajectory[:, : sizes.max()].copy()
+        trajectory *= np.arange(trajectory.shape[1]) < sizes  # what earlier episodes left behind its end
         arrays: saved.Arrays = {
             "initial_q": self._initial_q[0, 0] if uniform else self._initial_q,
             "q": self._q,
@@ -336,7 +333,7 @@ class Learner(Tables):
         self._q, self._weights = arrays["q"], arrays["weights"]
         self._accounts.restore(arrays)
         self._trajectory[:, : arrays["trajectory"].shape[1]] = arrays["trajectory"]
-        self._is_torn[:] = self.episodes > 0 and arrays["trajectory"].size == 0
+        self._is_torn[:] = self._accounts.furthest > 0 and arrays["trajectory"].size == 0
         self._streams = list(arrays["streams"])
         for table, log in enumerate(self._logs):
             restore_log(log, saved.of_prefix(f"log{table}", arrays))

@@ -131,8 +131,9 @@ class TeamQ(TracingLearner):
     Parameters
     ----------
     env
-        A joint problem: a :class:`~tuckerl.TabularMDP` with `action_sizes`, or a PettingZoo parallel environment that
-        carries one. :class:`~tuckerl.learners.tracing.TracingLearner` has the other parameters.
+        A joint problem: a :class:`~tuckerl.TabularMDP` with `action_sizes`, or a PettingZoo parallel environment with
+        finite spaces, by id, instance or callable. :class:`~tuckerl.learners.tracing.TracingLearner` has the other
+        parameters.
     cut : bool
         Whether a joint action below the row's maximum zeroes all traces before its own update (Watkins).
     exploration : "members" or "team"
@@ -143,6 +144,8 @@ class TeamQ(TracingLearner):
 
     Raises
     ------
+    ParameterError
+        If `team_reward` is given for a problem that is no PettingZoo environment.
     ProblemError
         If a problem's action masks are not independent of each other and members explore on their own.
 

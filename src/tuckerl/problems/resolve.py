@@ -77,6 +77,8 @@ def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it
     ------
     UnknownNameError
         If no environment has this id.
+    ParameterError, ParameterTypeError
+        If `bins` or `reward` are of no use to the problem, or `env` is none of these.
     SpaceError
         If its spaces cannot be numbered.
     ProblemError
@@ -86,6 +88,8 @@ def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it
     if isinstance(env, (*PROBLEMS, Maze)):
         if reading.bins is not None:
             raise ParameterError(f"bins are for environments whose observations are a Box; {env!r} has states already")
+        if not isinstance(env, (SteppedProblem, PlayersProblem)):  # these may have been read with it
+            _refuse_reward(reading, f"a {type(env).__name__}")
         return _maze_table(env) if isinstance(env, Maze) else env
     if isinstance(env, str):
         problem = _read(make_environment(env), env, lambda: make_environment(env), reading)
@@ -123,6 +127,7 @@ def _read(env: Any, source: str, make: Callable[[], Any] | None, reading: Readin
     problem = None
     try:
         if isinstance(env, gymnasium.Env):
+            _refuse_reward(reading, source)
             problem = _read_single(env, source, make, reading)
         else:
             problem = _read_parallel(env, source, make, reading)
@@ -207,3 +212,11 @@ def _own_problem(env: GymEnvironment) -> TabularMDP | Simulator | None:
 def _refuse_bins(reading: Reading, source: str) -> None:
     if reading.bins is not None:
         raise ParameterError(f"bins are for environments whose observations are a Box; {source} has states already")
+
+
+def _refuse_reward(reading: Reading, source: str) -> None:
+    if reading.reward != "mean":
+        raise ParameterError(
+            f"team_reward is for PettingZoo environments, whose members each have a reward; {source} has one reward: "
+            f"leave it out (tuckerl.JointEnv takes its own, as reward); got {reading.reward!r}"
+        )

@@ -11,8 +11,8 @@ and, unless the first entry of the state is the row of the Q-table, a third says
 
 `parameters` (not to be written to) and `state` are float64 arrays, `rng` is a (4,) uint64 stream for
 :func:`tuckerl.rng.uniform`. The functions are compiled: they use numbers, arrays and ``math``, and the values that
-other names have when a learner is made; what is to be changed later belongs into `parameters`. All simulators share
-the learners' compiled kernels, because kernels know the signatures and not the functions.
+other names have when a simulator's first learner is made; what is to be changed later belongs into `parameters`. All
+simulators share the learners' compiled kernels, because kernels know the signatures and not the functions.
 """
 
 import copy
@@ -184,6 +184,8 @@ class Simulator:
         """Return the same simulator with another limit on an episode's steps."""
         other = copy.copy(self)
         other.max_episode_steps = _check_limit(max_episode_steps)
+        if "_compiled" in vars(self):  # what is compiled knows no limit, and took longer than most of what follows
+            vars(other)["_compiled"] = self._compiled
         return other
 
     def __getstate__(self) -> dict[str, Any]:

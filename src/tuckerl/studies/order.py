@@ -79,8 +79,8 @@ def made(order: Order, environment: Environment) -> Learner:
     algorithm = named_algorithm(order.algorithm)
     parameters, of_step = split_settings(algorithm, order.settings)
     if order.quantile_bins is not None:
-        edges = quantile_edges(environment, order.quantile_bins, seed=order.seed)  # type: ignore[arg-type]
-        parameters["bins"] = edges
+        source: Any = environment  # PettingZoo's are refused there
+        parameters["bins"] = quantile_edges(source, order.quantile_bins, seed=order.seed)
     step = None
     with bins_named():
         if algorithm.is_t_version:
