@@ -12,7 +12,7 @@ from tests.learners.test_resume import LEARNERS, assert_same, make
 from tests.learners.worlds import corridor, drift, random_mdp
 from tuckerl import QLearning, TabularMDP, TensorStep
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
-from tuckerl.learners.evaluation import mean_interval
+from tuckerl.learners.evaluation import Evaluation, mean_interval
 from tuckerl.learners.learner import Learner
 
 PROBLEM = random_mdp(95, n_outcomes=2, random_start=True)
@@ -48,6 +48,11 @@ def test_going_right_through_the_corridor() -> None:
     assert result.returns.tolist() == [[-5.0]] * 4
     assert result.steps.tolist() == [[5]] * 4
     assert (result.mean, result.low, result.high) == (-5.0, -5.0, -5.0)
+
+
+def test_it_is_shown_in_one_line() -> None:
+    shown = repr(Evaluation(np.array([[1.0], [0.0]]), np.array([[3], [4]]), 0.5, 0.0, 1.0))
+    assert shown == "Evaluation(mean=0.5, low=0, high=1, episodes=2)"
 
 
 def test_ties_go_to_the_lowest_action() -> None:

@@ -57,6 +57,10 @@ class Evaluation(NamedTuple):
     low: float  # of the 95 % interval of the mean, BCa bootstrap over episodes
     high: float
 
+    def __repr__(self) -> str:
+        """Say what it comes to; the arrays would fill the screen."""
+        return f"Evaluation(mean={self.mean:g}, low={self.low:g}, high={self.high:g}, episodes={len(self.returns)})"
+
 
 def evaluate(problem: Problem, q: FloatArray, episodes: int, sequence: np.random.SeedSequence) -> Evaluation:
     """Play greedy episodes by the first of (N, S, A) tables, or by all where each belongs to an agent of its own.

@@ -129,7 +129,10 @@ def check_observation(observation: ArrayLike, n_states: int) -> NDArray[Any]:
     except ValueError:  # lists of different lengths
         states = np.zeros(0)
     if states.dtype.kind not in "iu":
-        raise ParameterTypeError(f"an observation must be a state's number; got {observation!r}")
+        hint = ""
+        if isinstance(observation, Mapping):  # a team whose joint transitions were lifted
+            hint = ": pass the joint state's, such as env.state(), or learn with lift=False to pass agents' observations"
+        raise ParameterTypeError(f"an observation must be a state's number; got {observation!r}{hint}")
     if states.size and (states.min() < 0 or states.max() >= n_states):
         raise ParameterError(f"an observation must be a state from 0 to {n_states - 1}; got {observation!r}")
     return states

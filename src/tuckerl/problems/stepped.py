@@ -90,8 +90,8 @@ class SteppedProblem:
     ) -> None:
         self.source, self._environments = source, Environments(env, source, make)
         self.read = MaskReader(env.observation_space, env.action_space)
+        self.actions: Coding = coding(env.action_space, what="action")  # first: no bins can mend continuous actions
         self.observations: Coding = read_coding(self.read.observation_space, bins)
-        self.actions: Coding = coding(env.action_space, what="action")
         self.n_states, self.n_actions = self.observations.n, self.actions.n
         self.layout: Layout | None = self.observations.layout
         joint = env.unwrapped if isinstance(env.unwrapped, JointEnv) else None
