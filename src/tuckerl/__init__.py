@@ -17,12 +17,15 @@ from tuckerl._version import __version__
 from tuckerl.problems import register_environments
 
 if TYPE_CHECKING:
+    from tuckerl import testing
+    from tuckerl._jit import kernel
     from tuckerl.generalization.step import TensorStep
     from tuckerl.generalization.weights import action_weights
     from tuckerl.learners.callbacks import Callback
     from tuckerl.learners.dyna_h import DynaH
     from tuckerl.learners.evaluation import Evaluation
     from tuckerl.learners.following import Checkpoint, Evaluate, StopOnReturn
+    from tuckerl.learners.loading import load
     from tuckerl.learners.logs import CsvLog, JsonLinesLog
     from tuckerl.learners.q_learning import QLearning
     from tuckerl.learners.sarsa import Sarsa
@@ -69,11 +72,14 @@ __all__ = [
     "cart_pole",
     "errors",
     "fold",
+    "kernel",
+    "load",
     "mode_product",
     "quantile_edges",
     "random_maze",
     "robot_rescue",
     "sutton_maze",
+    "testing",
     "tucker",
     "unfold",
 ]
@@ -105,6 +111,8 @@ _HOMES = {
     "action_weights": "generalization.weights",
     "cart_pole": "problems.cart_pole",
     "fold": "tensor",
+    "kernel": "_jit",
+    "load": "learners.loading",
     "mode_product": "tensor",
     "quantile_edges": "problems.bins",
     "random_maze": "problems.maze",
@@ -116,6 +124,8 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "testing":  # a module, as `errors` is, but one that loads all of the library
+        return import_module("tuckerl.testing")
     if name not in _HOMES:
         raise AttributeError(f"module 'tuckerl' has no attribute {name!r}")
     value = getattr(import_module(f"tuckerl.{_HOMES[name]}"), name)

@@ -3,7 +3,8 @@
 Kernels release the GIL, keep the order of floating-point operations (no ``fastmath``: the slow twins in the tests
 must agree to the last bits) and are cached on disk. Numba's cache notices a change in a kernel's own file but not in
 the kernels that it calls, so the cache folder's name carries a hash of the sources of all layers that have kernels: an
-edit in any of them starts a fresh folder.
+edit in any of them starts a fresh folder. What others wrote is in no hash of ours: their kernels, and ours as compiled
+for their algorithms, are kept in memory only.
 """
 
 import ctypes
@@ -21,6 +22,7 @@ import numba
 from llvmlite import ir
 from numba import types as numba_types
 from numba.core import config as numba_config
+from numba.core.caching import FunctionCache
 from numba.core.errors import NumbaError
 from numba.extending import intrinsic, overload
 
@@ -58,9 +60,10 @@ def _cache_folder() -> str | None:
 
 
 _CACHE_FOLDER = _cache_folder()
+_config: Any = numba_config
+_INTERPRETED = bool(_config.DISABLE_JIT)
 # Without reference counting (_nrt), which takes most of the time where arrays are passed on in NamedTuples.
 _OPTIONS: dict[str, Any] = {
-    "cache": _CACHE_FOLDER is not None,
     "nogil": True,
     "_nrt": False,
     "error_model": "numpy",
@@ -80,11 +83,51 @@ def _our_cache_folder() -> Iterator[None]:
         config.CACHE_DIR = before
 
 
+def _is_ours(thing: Any) -> bool:
+    """Return whether a function or a class was written in this package."""
+    return (thing.__module__ or "").startswith("tuckerl.")
+
+
+def _has_foreign_part(kind: Any) -> bool:
+    """Return whether a NamedTuple of somebody else's is in what Numba calls a type."""
+    own = getattr(kind, "instance_class", None)
+    return (own is not None and not _is_ours(own)) or any(map(_has_foreign_part, getattr(kind, "types", ())))
+
+
+def _is_kept(sig: Any) -> bool:
+    return not any(map(_has_foreign_part, getattr(sig, "args", sig)))  # a signature, or a tuple of types
+
+
+_FunctionCache: Any = FunctionCache
+
+
+class _OurCache(_FunctionCache):  # type: ignore[misc]  # Numba has no types
+    """A cache on disk that keeps no code compiled for an algorithm that was written elsewhere.
+
+    Its kernels are compiled into our loops, so an edit would go unnoticed; and the cache's own index names the
+    algorithm's class, so that every later process would ask for the module that it is in.
+    """
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        return super().load_overload(sig, target_context) if _is_kept(sig) else None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        if _is_kept(sig):
+            super().save_overload(sig, data)
+
+
 def kernel(function: _Function) -> _Function:
-    """Compile `function` on its first call for each kind of arguments."""
-    with _our_cache_folder():
-        compiled: _Function = numba.njit(**_OPTIONS)(function)
-    return compiled
+    """Compile `function` on its first call for each kind of arguments.
+
+    It gets and changes arrays and numbers; it makes no arrays, raises nothing and knows no strings. What other names
+    have as values is read when it is compiled. In a user's own file it is compiled anew by every process.
+    """
+    compiled: Any = numba.njit(**_OPTIONS)(function)
+    if _CACHE_FOLDER is not None and _is_ours(function) and not _INTERPRETED:
+        with _our_cache_folder():
+            compiled._cache = _OurCache(function)
+    kept: _Function = compiled
+    return kept
 
 
 def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
@@ -155,8 +198,6 @@ _RETURNS = {
     "step": "step(parameters, state, action, rng) must return (reward, terminated), a number and a bool",
     "index": "index(parameters, state) must return an int",
 }
-_config: Any = numba_config
-_INTERPRETED = bool(_config.DISABLE_JIT)
 if _INTERPRETED:
 
     def call_python(address: int, argument: int) -> int:
@@ -176,7 +217,7 @@ def compiled_function(function: Callable[..., Any], role: str) -> Any:
     """
     if _INTERPRETED:
         return function
-    if (function.__module__ or "").startswith("tuckerl."):
+    if _is_ours(function):
         return _own_function(function, role)
     return _users_function(function, role)
 

@@ -7,28 +7,38 @@ from contextlib import contextmanager
 from types import FrameType
 
 _held: list[tuple[int, FrameType | None]] = []
+_bearable = 1
 
 
 @contextmanager
-def interrupts_held_back() -> Iterator[None]:
-    """Let Ctrl-C wait for the end of the block.
+def interrupts_held_back(bearable: int = 1) -> Iterator[None]:
+    """Let Ctrl-C wait for the end of the block, which may look at `is_impatient`; an error does not make it forgotten.
 
-    Python would hear it right after a kernel returns: some agents would have played, and nothing would know it.
+    Python would hear it right after a kernel returns: some agents would have played, and nothing would know it. Or it
+    would hear it at the door of a function that a kernel calls, from where no error finds its way out.
+
+    Parameters
+    ----------
+    bearable : int
+        How often Ctrl-C may be pressed before the block should break off.
     """
+    global _bearable
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
         yield
         return
-    _held.clear()
+    _bearable = bearable
     signal.signal(signal.SIGINT, lambda number, frame: _held.append((number, frame)))
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-    if _held:
-        before(*_held[0])
+        first = _held[:1]
+        _held.clear()
+        if first:
+            before(*first[0])
 
 
 def is_impatient() -> bool:
-    """Return whether a second Ctrl-C came while the first one was held back."""
-    return len(_held) > 1
+    """Return whether Ctrl-C was pressed more often than the block that holds it back can bear."""
+    return len(_held) > _bearable

@@ -74,3 +74,47 @@ def test_a_second_process_finds_the_compiled_code(tmp_path: Path) -> None:
     assert hits == ["0", "1"]
     (folder,) = tmp_path.iterdir()
     assert folder.name.startswith("kernels-")
+
+
+MINE = """
+from typing import NamedTuple
+
+class Method(NamedTuple):
+    number: int
+"""
+CHOICE = """
+import numpy as np
+from tuckerl.generalization.change_log import empty_log
+from tuckerl.learners.choices import greedy
+from tuckerl.learners.episodes import Agent, Record, Settings
+from tuckerl.learners.q_learning import QMethod
+
+def choose(method):
+    nothing, none = np.zeros(0), np.zeros(0, dtype=np.int64)
+    record = Record(none, nothing, none, nothing, nothing, 0)
+    forbidden, stream = np.zeros((0, 0), dtype=np.bool_), np.ones(4, dtype=np.uint64)
+    table = np.array([[1.0, 3.0, 2.0]])
+    settings = Settings(0.9, 0.0, True)
+    agent = Agent(method, table, nothing, nothing, forbidden, settings, empty_log(1, 3, 0), record, stream)
+    assert greedy(agent, 0) == 1
+
+choose(QMethod())
+"""
+
+
+def test_code_compiled_for_an_algorithm_of_others_is_not_kept(tmp_path: Path) -> None:
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    (tmp_path / "mine.py").write_text(MINE)
+    with_mine = "from mine import Method\n" + CHOICE + "choose(Method(1))\n"
+    tell = "print(sum(greedy.stats.cache_hits.values()), sum(greedy.stats.cache_misses.values()))"
+
+    def run(code: str) -> str:
+        command = [sys.executable, "-c", code + tell]
+        return subprocess.run(
+            command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True
+        ).stdout.strip()
+
+    assert run(with_mine) == "0 2"
+    assert run(with_mine) == "1 1"
+    (tmp_path / "mine.py").unlink()  # what is kept must not ask for it
+    assert run(CHOICE) == "1 0"

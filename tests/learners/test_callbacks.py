@@ -223,11 +223,10 @@ def test_the_window_that_ctrl_c_waited_for_is_told(step: TensorStep | None) -> N
     diary, learner = Diary(5), Interrupted(PROBLEM, seed=1, tensor_step=step)
     with pytest.raises(KeyboardInterrupt):
         learner.learn(20, callbacks=[diary])
-    # The tensor step comes after Ctrl-C, in the next call; so does its window.
-    told = [] if step else [5]
-    assert diary.calls == [("start", 0), *windows(*told), ("end", 5)]
+    # Ctrl-C waits for the window's tensor step, too.
+    assert diary.calls == [("start", 0), *windows(5), ("end", 5)]
     learner.learn(5, callbacks=[diary])
-    assert diary.calls[2 + len(told) :] == [("start", 5), *windows(*([5, 10] if step else [10])), ("end", 10)]
+    assert diary.calls[3:] == [("start", 5), *windows(10), ("end", 10)]
 
 
 def test_a_share_function_that_raises_delays_its_window() -> None:

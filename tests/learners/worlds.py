@@ -41,7 +41,7 @@ def world_of(mdp: TabularMDP) -> World:
         outcomes.append(row)
     starts = np.diff(np.concatenate([[0.0], arrays.start_cumulative])).tolist()
     start = [(p, int(s)) for p, s in zip(starts, arrays.start_state, strict=True)]
-    return World(outcomes, start, mdp.max_episode_steps or UNLIMITED)
+    return World(outcomes, start, mdp.max_episode_steps or UNLIMITED, arrays.forbidden.tolist())
 
 
 class SimulatorWorld:
@@ -50,6 +50,9 @@ class SimulatorWorld:
     def __init__(self, simulator: Simulator) -> None:
         self.simulator, self.state = simulator, np.zeros(simulator.state_size)
         self.n_actions, self.limit = simulator.n_actions, simulator.max_episode_steps or UNLIMITED
+
+    def allowed(self, state: int) -> list[int]:
+        return list(range(self.n_actions))
 
     def first(self, stream: Stream) -> int:
         words = np.array(stream.words, dtype=np.uint64)

@@ -372,7 +372,7 @@ def test_joint_actions_of_another_length_are_refused(action: Any) -> None:
 
 
 def test_an_environment_that_does_not_list_its_agents_is_refused() -> None:
-    message = "must list all agents that it may have as `possible_agents`: a joint action needs one for each"
+    message = "must list all agents that it may have as `possible_agents`: learning needs to know them at once"
     with pytest.raises(ProblemError, match=message):
         JointEnv(generated_agents_parallel_v0.parallel_env())
     env = Meeting()

@@ -1,6 +1,7 @@
 """What a learner may be given to learn on, and what it is told about the rest."""
 
 import warnings
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -196,8 +197,8 @@ def test_a_misspelt_parallel_id_is_put_right(name: str) -> None:
 def test_parallel_instances_are_not_closed_and_callables_are() -> None:
     watched: type[WatchedRescue] = type("Watched", (WatchedRescue,), {"closed": 0})
     env = watched()
-    assert as_problem(env, TEAM) is env.mdp
-    assert as_problem(BaseParallelWrapper(env), TEAM) is env.mdp
+    assert table_of(as_problem(env, TEAM)) is env.mdp.arrays.next_state
+    assert table_of(as_problem(BaseParallelWrapper(env), TEAM)) is env.mdp.arrays.next_state
     assert watched.closed == 0
     assert as_problem(watched, TEAM).max_episode_steps == 7
     assert watched.closed == 1
@@ -228,3 +229,12 @@ def test_agents_have_tables_of_their_own_unless_they_are_a_team() -> None:
 def test_environments_played_in_turns_are_refused() -> None:
     with pytest.raises(ParameterTypeError, match="a PettingZoo parallel environment, the id of one"):
         as_problem(parallel_to_aec(WatchedRescue()))
+
+
+def test_a_module_that_lacks_another_is_not_said_to_be_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "lacking_worlds.py").write_text("import nothing_of_this_name\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ProblemError, match=r"lacking_worlds imports nothing_of_this_name, which is not installed"):
+        as_problem("lacking_worlds:World-v0")
+    with pytest.raises(UnknownNameError, match=r"there is no module 'tuckerl\.no_such_worlds' to import"):
+        as_problem("tuckerl.no_such_worlds:World-v0")

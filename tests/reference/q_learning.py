@@ -1,5 +1,6 @@
 """Q-learning line by line (Figures 1 and 5), for worlds given as tables of outcomes."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,13 @@ class World(NamedTuple):
     outcomes: list[list[list[tuple[float, int, float, bool]]]]  # [s][a]: (probability, s', r, terminated)
     start: list[tuple[float, int]]  # (probability, s)
     limit: int
+    forbidden: Sequence[list[bool]] = ()  # [s][a]; empty where everything is allowed
+
+    def allowed(self, state: int) -> list[int]:
+        """The actions that may be taken."""
+        if not self.forbidden:
+            return list(range(self.n_actions))
+        return [a for a in range(self.n_actions) if not self.forbidden[state][a]]
 
     @property
     def n_states(self) -> int:
@@ -67,14 +75,20 @@ class QLearner:
         self.trajectory: list[int] = []
 
     def policy(self, state: int) -> int:
-        """Epsilon-greedy."""
+        """Epsilon-greedy among the actions that may be taken."""
+        allowed = self.world.allowed(state)
         if self.stream.uniform() < self.epsilon:
-            return self.stream.below(self.world.n_actions)
-        best = [a for a in range(self.world.n_actions) if self.q[state, a] == max(self.q[state])]
+            return allowed[self.stream.below(len(allowed))]
+        value = self.value(state)
+        best = [a for a in allowed if self.q[state, a] == value]
         return self.stream.choice(best) if self.ties == "random" else best[0]
 
+    def value(self, state: int) -> float:
+        """The largest value of an action that may be taken."""
+        return max(float(self.q[state, a]) for a in self.world.allowed(state))
+
     def update(self, s: int, a: int, r: float, s2: int, terminated: bool, omega: Table) -> None:
-        value = 0.0 if terminated else max(self.q[s2])
+        value = 0.0 if terminated else self.value(s2)
         self.q[s, a] = self.q[s, a] + self.alpha * omega[a] * (r + self.gamma * value - self.q[s, a])
 
     def after(self, s: int, a: int, r: float, s2: int, terminated: bool, omega: Table) -> None:

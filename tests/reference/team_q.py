@@ -20,16 +20,23 @@ class TeamQLearner(SarsaLambdaLearner):
     def policy(self, state: int) -> int:
         """Each member's part: its own, or that of one greedy joint action."""
         own: list[int | None] = []
-        for size in self.sizes:
+        for member in range(len(self.sizes)):
             explores = self.stream.uniform() < self.epsilon
-            own.append(self.stream.below(size) if explores else None)
+            possible = self.parts_of(member, state) if explores else []
+            own.append(possible[self.stream.below(len(possible))] if explores else None)
         if None not in own:
             return int(np.ravel_multi_index([part for part in own if part is not None], self.sizes))
-        best = [a for a in range(self.world.n_actions) if self.q[state, a] == max(self.q[state])]
+        value = self.value(state)
+        best = [a for a in self.world.allowed(state) if self.q[state, a] == value]
         joint = self.stream.choice(best) if self.ties == "random" else best[0]
         shared = np.unravel_index(joint, self.sizes)
         parts = [int(shared[m]) if part is None else part for m, part in enumerate(own)]
         return int(np.ravel_multi_index(parts, self.sizes))
+
+    def parts_of(self, member: int, state: int) -> list[int]:
+        """What a member may do: its part of any joint action that may be taken."""
+        allowed = self.world.allowed(state)
+        return sorted({int(part) for part in np.unravel_index(allowed, self.sizes)[member]})
 
     def episode(self, omega: Table) -> tuple[int, float]:
         self.begin_episode()
@@ -38,12 +45,12 @@ class TeamQLearner(SarsaLambdaLearner):
         steps, total, terminated = 0, 0.0, False
         while not terminated and steps < self.world.limit:
             a = self.policy(s)
-            best = max(self.q[s])
+            best = self.value(s)
             if self.cut and self.q[s, a] < best and not math.isclose(self.q[s, a], best, rel_tol=1e-12):
                 self.n_cuts += 1
                 self.e[:, :] = 0.0
             s2, r, terminated = self.world.step(s, a, self.stream)
-            delta = r + self.discount(terminated) * max(self.q[s2]) - self.q[s, a]
+            delta = r + self.discount(terminated) * self.value(s2) - self.q[s, a]
             self.learn(s, a, delta, omega)
             s = s2
             steps += 1

@@ -11,7 +11,7 @@ import tuckerl
 
 PACKAGE = Path(tuckerl.__file__).parent
 GROUND = {"errors", "checks", "rng", "_jit", "types", "files", "interrupts", "progress", "_version"}
-LAYERS = ["tensor", "problems", "generalization", "learners", "studies", "reports", "cli"]  # from the bottom
+LAYERS = ["tensor", "problems", "generalization", "learners", "testing", "studies", "reports", "cli"]  # from the bottom
 
 
 def sources() -> list[Path]:
@@ -84,7 +84,7 @@ def test_all_is_what_is_public() -> None:
     }
     for name, home in tuckerl._HOMES.items():
         assert told[name] == f"tuckerl.{home}"
-    assert set(tuckerl._HOMES) | {"__version__", "errors"} == set(tuckerl.__all__)
+    assert set(tuckerl._HOMES) | {"__version__", "errors", "testing"} == set(tuckerl.__all__)
 
 
 def test_every_public_thing_is_documented() -> None:
@@ -114,7 +114,8 @@ def test_the_import_is_light() -> None:
 def test_the_help_is_light() -> None:
     code = (
         "import tuckerl.cli\n"
-        "for arguments in (['--help'], ['reproduce', '--help'], ['compare', '--help'], ['list', '--help']):\n"
+        "for arguments in (['--help'], ['reproduce', '--help'], ['compare', '--help'], ['list', '--help'],\n"
+        "                  ['train', '--help'], ['evaluate', '--help'], ['show', '--help']):\n"
         "    try: tuckerl.cli.main(arguments)\n"
         "    except SystemExit as end: assert end.code == 0"
     )

@@ -3,17 +3,26 @@ import pickle
 from functools import partial
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
 
 import tuckerl
 from tests.studies.comparisons import MAZE, SMALL, request, small_contest
-from tuckerl.errors import OutputConflictError, ParameterError, ParameterTypeError, ProblemError, UnknownNameError
+from tuckerl.errors import (
+    OutputConflictError,
+    ParameterError,
+    ParameterTypeError,
+    ProblemError,
+    SpaceError,
+    UnknownNameError,
+)
 from tuckerl.generalization.step import TensorStep
 from tuckerl.problems.making import make_environment
+from tuckerl.problems.resolve import Agents, Reading, as_problem
 from tuckerl.studies import runner
-from tuckerl.studies.compare import contest
-from tuckerl.studies.environments import environment_specification, listed_environments
+from tuckerl.studies.compare import Request, contest
+from tuckerl.studies.environments import environment_specification, how_played, listed_environments
 from tuckerl.studies.reproduce import run_study
 from tuckerl.studies.store import Store
 
@@ -190,11 +199,35 @@ def test_an_environment_is_told_by_its_keywords_and_its_code() -> None:
 
 def test_listed_environments_say_how_they_are_played() -> None:
     how = {listed.name: listed.how for listed in listed_environments()}
-    assert how["tuckerl/DynaMaze-v0"] == "compiled"
-    assert how["tuckerl/RobotRescue-v0"] == "compiled; several agents"
+    assert how["tuckerl/CartPole-v0"] == "compiled"
+    assert how["tuckerl/DynaMaze-v0"].startswith("lifted")
+    team, apart = how["tuckerl/RobotRescue-v0"].split("; ")
+    assert (team.split(":")[0], apart.split(",")[0]) == ("lifted", "stepped in Python")
     assert how["Taxi-v4"].startswith("lifted")
     assert how["Blackjack-v1"] == "stepped in Python"
     assert how["MountainCar-v0"].endswith("put into bins")
     assert "Pendulum-v1" not in how  # its actions are continuous
     assert "CartPole-v0" not in how  # there is a later version
     assert all(listed.title for listed in listed_environments())
+
+
+def test_a_listed_environment_is_played_as_it_is_told() -> None:
+    for listed in listed_environments():
+        binned = listed.how.endswith("put into bins")
+        if binned:
+            with pytest.raises(SpaceError, match="give bins"):
+                as_problem(listed.name)
+        else:
+            assert listed.how.startswith(how_played(as_problem(listed.name, Reading(Agents.TEAM))))
+
+
+def test_an_environment_that_cannot_be_made_is_not_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = "gymnasium.envs.toy_text.nowhere:NowhereEnv"
+    monkeypatch.setitem(gymnasium.registry, "Nowhere-v0", gymnasium.envs.registration.EnvSpec("Nowhere-v0", entry))
+    assert "Nowhere-v0" not in {listed.name for listed in listed_environments()}
+
+
+def test_agents_of_an_environment_share_in_the_control_as_in_the_candidate() -> None:
+    small = {"map": "..H..\nATB..", "max_cycles": 20}
+    made = contest(Request("q-learning", "tq-learning", "tuckerl/RobotRescue-v0", small, n_runs=1, n_episodes=20))
+    assert made.comparison.control == "constant-1-max"

@@ -11,8 +11,11 @@ from typer.exceptions import Exit, TyperException
 from tuckerl import errors
 from tuckerl._version import __version__
 from tuckerl.cli.compare import compare
+from tuckerl.cli.evaluate import evaluate
 from tuckerl.cli.listing import list_names
 from tuckerl.cli.reproduce import reproduce
+from tuckerl.cli.show import show
+from tuckerl.cli.train import train
 
 INTERRUPTED = 130
 
@@ -23,6 +26,9 @@ app = typer.Typer(
     help="Tabular reinforcement learning, with knowledge shared through Tucker decompositions of Q-tables.",
 )
 app.command()(reproduce)
+app.command()(train)
+app.command()(evaluate)
+app.command()(show)
 app.command()(compare)
 app.command("list")(list_names)
 

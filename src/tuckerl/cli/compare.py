@@ -40,7 +40,7 @@ def compare(
     again.
     """
     # Imported here, so that --help is quick.
-    from tuckerl.cli.settings import parse_settings
+    from tuckerl.cli.settings import parse_settings, search_here
     from tuckerl.progress import default_workers, progress_bar
     from tuckerl.reports import write_comparison
     from tuckerl.reports.compare_words import outcome
@@ -48,6 +48,7 @@ def compare(
     from tuckerl.studies.compared import compared
     from tuckerl.studies.reproduce import run_study
 
+    search_here(env)
     given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
     made = contest(Request(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed))
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")

@@ -2,7 +2,9 @@
 
 import ast
 import json
+import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from tuckerl.errors import ParameterError
@@ -30,6 +32,31 @@ def parse_settings(texts: Sequence[str], option: str = "--set") -> dict[str, Any
             raise ParameterError(f"{option} must be given {name} once; got {name}={settings[name]!r} and {text!r}")
         settings[name] = _value(value)
     return settings
+
+
+def parse_numbers(text: str, option: str, count: int | None = None) -> Any:
+    """Return the tuple of whole numbers of a text such as ``4,4``, of `count` of them where that is given.
+
+    Raises
+    ------
+    ParameterError
+        If it is something else.
+    """
+    try:
+        numbers = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if not numbers or count not in (None, len(numbers)):
+        wanted = "whole numbers" if count is None else f"{count} whole numbers"
+        raise ParameterError(f"{option} must be {wanted} with commas between them; got {text!r}")
+    return numbers
+
+
+def search_here(environment: str) -> None:
+    """Let MODULE:ID find modules in the current folder, as ``python -m`` does, after all others."""
+    here = str(Path.cwd())
+    if ":" in environment and here not in sys.path:
+        sys.path.append(here)
 
 
 def _value(text: str) -> Any:

@@ -51,15 +51,19 @@ def restart_log(log: ChangeLog) -> None:
 def saved_log(log: ChangeLog) -> dict[str, np.ndarray]:
     """Return the arrays from which `restore_log` goes on, taken between two episodes."""
     entries, episodes = log.cursor[ENTRIES], log.cursor[EPISODES]
-    return {"state": log.state[:entries], "row": log.row[:entries], "end": log.end[:episodes]}
+    closed = log.end[episodes - 1] if episodes else 0
+    return {"state": log.state[:entries], "row": log.row[:closed], "end": log.end[:episodes]}
 
 
 def restore_log(log: ChangeLog, arrays: dict[str, np.ndarray]) -> None:
     """Let an empty log go on from what `saved_log` returned."""
-    entries, episodes = arrays["state"].size, arrays["end"].size
-    log.state[:entries], log.row[:entries], log.end[:episodes] = arrays["state"], arrays["row"], arrays["end"]
-    # Between episodes no row is marked, so the clock and its stamps may stay as they are in an empty log.
+    entries, closed, episodes = arrays["state"].size, len(arrays["row"]), arrays["end"].size
+    log.state[:entries], log.row[:closed], log.end[:episodes] = arrays["state"], arrays["row"], arrays["end"]
     log.cursor[ENTRIES], log.cursor[EPISODES] = entries, episodes
+    # Marked are only rows of an episode that an error broke off: the next one goes on with them.
+    pending = arrays["state"][int(arrays["end"][-1]) if episodes else 0 :]
+    if log.enabled:
+        log.stamp[pending] = log.cursor[CLOCK]
 
 
 @kernel

@@ -262,8 +262,8 @@ class StepRun:
     def _warn(self, category: type[Warning], message: str) -> None:
         if category not in self._warned:
             self._warned.add(category)
-            # The line that called learn(): _warn, close_window, the learner's own step and learn lie below it.
-            warnings.warn(message, category, stacklevel=6)
+            # The line that called learn(): five calls of the learner and of this class lie below it.
+            warnings.warn(message, category, stacklevel=7)
 
     def _remember(
         self,

@@ -32,6 +32,12 @@ class Accounts:
         return int(self.done.max())
 
     @property
+    def latest_steps(self) -> IntArray:
+        """Steps of each table's latest episode, -1 where there is none, (N,)."""
+        pairs = zip(self._steps, self.done, strict=True)
+        return np.array([steps[done - 1] if done else -1 for steps, done in pairs], dtype=np.int64)
+
+    @property
     def is_even(self) -> bool:
         """Whether no table is ahead of another."""
         return self.episodes == self.furthest

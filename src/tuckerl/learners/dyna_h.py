@@ -16,7 +16,7 @@ from tuckerl.checks import check_int, check_name
 from tuckerl.errors import ProblemError
 from tuckerl.generalization.change_log import mark
 from tuckerl.learners.choices import epsilon_greedy, maxima, random_maximum
-from tuckerl.learners.episodes import Agent
+from tuckerl.learners.episodes import Agent, Transition
 from tuckerl.learners.learner import Learner
 from tuckerl.learners.parameters import LearnerParameters
 from tuckerl.learners.play import NOT_FINITE, algorithm
@@ -75,23 +75,16 @@ def empty_model(n_states: int, n_actions: int) -> Model:
 
 
 @kernel
-def remember(
-    model: Model,
-    heuristic: FloatArray,
-    state: int,
-    action: int,
-    reward: float,
-    discount: float,
-    next_state: int,
-) -> None:
-    """Put an outcome into the model in place of the pair's last one."""
+def remember(model: Model, heuristic: FloatArray, seen: Transition) -> None:
+    """Put a transition into the model in place of the pair's last one."""
+    state, action, next_state = seen.state, seen.action, seen.next_state
     if model.n_farthest[state] == 0:
         model.observed[model.n_observed[0]] = state
         model.n_observed[0] += 1
         for other in range(model.distance.shape[1]):
             model.distance[state, other] = -np.inf
-    outcome = model.outcome[state, action]
-    outcome.reward, outcome.discount, outcome.next_state = reward, discount, next_state
+    outcome = model.outcome[state, action]  # by name in brackets, so that it works uncompiled, too
+    outcome["reward"], outcome["discount"], outcome["next_state"] = seen.reward, seen.discount, next_state
     if model.distance[state, action] != heuristic[next_state]:
         model.distance[state, action] = heuristic[next_state]
         model.farthest[state], model.n_farthest[state] = maxima(model.distance, state)
@@ -127,7 +120,7 @@ def plan(model: Model, planning: Planning, agent: Agent, start: int) -> float:
             chosen = modelled_action(model, state, rng)
         action: Any = np.uint32(chosen)  # unsigned, as states are: a tenth of the time
         outcome = model.outcome[state, action]
-        reward, discount, next_state = outcome.reward, outcome.discount, outcome.next_state
+        reward, discount, next_state = outcome["reward"], outcome["discount"], outcome["next_state"]
         mark(agent.log, state)
         total += update(agent, state, action, reward, discount, next_state)
         state = next_state
@@ -148,24 +141,14 @@ def first(method: DynaMethod, agent: Agent, state: int, epsilon: float) -> int:
 
 
 @kernel
-def turn(
-    method: DynaMethod,
-    agent: Agent,
-    epsilon: float,
-    state: int,
-    action: int,
-    reward: float,
-    discount: float,
-    next_state: int,
-    ended: bool,
-) -> int:
+def turn(method: DynaMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Learn from a step, plan, and choose the next action."""
-    mark(agent.log, state)
-    value = update(agent, state, action, reward, discount, next_state)
-    remember(method.model, method.planning.heuristic, state, action, reward, discount, next_state)
-    if not np.isfinite(value + plan(method.model, method.planning, agent, state)):
+    mark(agent.log, seen.state)
+    value = update(agent, seen.state, seen.action, seen.reward, seen.discount, seen.next_state)
+    remember(method.model, method.planning.heuristic, seen)
+    if not np.isfinite(value + plan(method.model, method.planning, agent, seen.state)):
         return NOT_FINITE
-    return 0 if ended else epsilon_greedy(agent, next_state, epsilon)
+    return 0 if seen.ended else epsilon_greedy(agent, seen.next_state, epsilon)
 
 
 algorithm(DynaMethod, first=first, turn=turn)
@@ -226,10 +209,10 @@ class DynaH(Learner):
         self._planning = Planning(
             self.planning_steps, int(Walk[walk_name.upper()]), check_heuristic(heuristic, n_states)
         )
-        self._models = tuple(empty_model(n_states, n_actions) for _ in range(self.n_agents))
+        self._models = tuple(empty_model(n_states, n_actions) for _ in range(self.n_tables))
 
-    def _method(self, agent: int) -> DynaMethod:
-        return DynaMethod(self._models[agent], self._planning)
+    def _method(self, table: int) -> DynaMethod:
+        return DynaMethod(self._models[table], self._planning)
 
     def _parameters(self) -> dict[str, Any]:
         walk = Walk(self._planning.walk).name.lower()
@@ -241,12 +224,12 @@ class DynaH(Learner):
 
     def _saved_arrays(self) -> Arrays:
         saved = super()._saved_arrays() | {"heuristic": self._planning.heuristic}
-        for agent, model in enumerate(self._models):
-            saved |= with_prefix(f"model{agent}", model._asdict())
+        for table, model in enumerate(self._models):
+            saved |= with_prefix(f"model{table}", model._asdict())
         return saved
 
     def _restore_arrays(self, arrays: Arrays) -> None:
         super()._restore_arrays(arrays)
-        models = [Model(**of_prefix(f"model{agent}", arrays)) for agent in range(self.n_agents)]
+        models = [Model(**of_prefix(f"model{table}", arrays)) for table in range(self.n_tables)]
         # A file does not say that a record is aligned; without that, the kernel would be compiled a second time.
         self._models = tuple(model._replace(outcome=model.outcome.view(OUTCOME)) for model in models)

@@ -40,6 +40,17 @@ class Agent(NamedTuple):
     rng: Stream
 
 
+class Transition(NamedTuple):
+    """A step, as an algorithm learns from it."""
+
+    state: int
+    action: int
+    reward: float
+    discount: float  # of the next state's value: 0 where the return ended
+    next_state: int
+    ended: bool  # whether the episode ended, with the return or by the time limit
+
+
 @kernel
 def set_rates(agent: Agent, episode: int) -> None:
     """Multiply the episode's learning rate by the action weights."""

@@ -1,13 +1,16 @@
 """Greedy episodes apart from learning, and what they say of a policy."""
 
+import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from tuckerl._jit import kernel
+from tuckerl.errors import StepCapWarning
 from tuckerl.generalization.change_log import empty_log
+from tuckerl.interrupts import interrupts_held_back
 from tuckerl.learners.choices import greedy
-from tuckerl.learners.episodes import Agent, Record, Settings
+from tuckerl.learners.episodes import Agent, Record, Settings, Transition
 from tuckerl.learners.play import algorithm, play, play_together
 from tuckerl.problems.players import PlayersProblem
 from tuckerl.problems.python_world import STEP_CAP
@@ -16,6 +19,10 @@ from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
 from tuckerl.types import FloatArray, IntArray
 
+CAPPED = (
+    "an episode was cut off after {} steps, as the environment has no time limit: set one, for example with "
+    "gymnasium.make(..., max_episode_steps=...)"
+)
 CONFIDENCE = 0.95
 N_RESAMPLES = 9999
 _BOOTSTRAP = 2**32 - 1  # the child of the seed for the interval
@@ -33,19 +40,9 @@ def first(method: GreedyMethod, agent: Agent, state: int, epsilon: float) -> int
 
 
 @kernel
-def turn(
-    method: GreedyMethod,
-    agent: Agent,
-    epsilon: float,
-    state: int,
-    action: int,
-    reward: float,
-    discount: float,
-    next_state: int,
-    ended: bool,
-) -> int:
+def turn(method: GreedyMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Choose the next greedy action."""
-    return 0 if ended else greedy(agent, next_state)
+    return 0 if seen.ended else greedy(agent, seen.next_state)
 
 
 algorithm(GreedyMethod, first=first, turn=turn)
@@ -68,6 +65,7 @@ def evaluate(problem: Problem, q: FloatArray, episodes: int, sequence: np.random
     """
     if problem.max_episode_steps is None:  # a greedy policy may go round in circles for ever
         problem = problem.with_time_limit(STEP_CAP)
+        problem.is_capped = True  # a new one: the learner's own stays as it is
     together = isinstance(problem, PlayersProblem)
     tables = q if together else q[:1]
     world = problem.world()
@@ -79,11 +77,19 @@ def evaluate(problem: Problem, q: FloatArray, episodes: int, sequence: np.random
         for place, table in enumerate(tables)
     )
     arrays: Any = world.arrays
-    if isinstance(problem, PlayersProblem):
-        play_together(arrays, agents)
-    else:
-        play(arrays, agents[0])
-    world.check()
+    try:
+        with interrupts_held_back(bearable=0):
+            if together:
+                play_together(arrays, agents)
+            else:
+                play(arrays, agents[0])
+            world.check()
+    finally:
+        world.close()
+    if problem.is_capped and steps.max() == problem.max_episode_steps:
+        warnings.warn(
+            CAPPED.format(problem.max_episode_steps), StepCapWarning, stacklevel=4
+        )  # the caller of a learner's evaluate()
     values = returns.mean(axis=0)
     low, high = mean_interval(values, np.random.default_rng(child(sequence, _BOOTSTRAP)))
     return Evaluation(returns.T.copy(), steps.T.copy(), float(values.mean()), low, high)

@@ -40,7 +40,7 @@ class StopOnReturn(Callback):
     --------
     >>> import tuckerl
     >>> agent = tuckerl.QLearning("tuckerl/DynaMaze-v0", seed=0)
-    >>> agent.learn(episodes=500, callbacks=[tuckerl.StopOnReturn(0.5, episodes=20, every=10)]).episodes
+    >>> agent.learn(episodes=500, callbacks=[tuckerl.StopOnReturn(-1800.0, episodes=20, every=10)]).episodes
     20
     """
 

@@ -23,6 +23,7 @@ from tuckerl.interrupts import interrupts_held_back
 from tuckerl.learners import saved
 from tuckerl.learners.callbacks import Follower, Followers, Goal
 from tuckerl.learners.episodes import Agent, Record
+from tuckerl.learners.evaluation import CAPPED
 from tuckerl.learners.play import play, play_together
 from tuckerl.learners.saved_parts import (
     problem_parts,
@@ -39,10 +40,6 @@ from tuckerl.problems.resolve import Environment
 from tuckerl.types import FloatArray
 
 _DIVERGED = "a table left the finite numbers in episode {}, where learning stopped: a smaller alpha may keep it finite"
-_CAPPED = (
-    "an episode was cut off after {} steps, as the environment has no time limit: set one, for example with "
-    "gymnasium.make(..., max_episode_steps=...)"
-)
 _PATIENCE = 0.25  # seconds in which Python is not asked, but for the end of an episode
 _UNLIMITED = sys.maxsize
 
@@ -77,7 +74,7 @@ class Learner(Tables):
         Agent j draws from its child j. None takes a fresh seed.
     bins : int, sequence, ...
         How observations that are a Box are cut into bins: a number for every dimension, or for each dimension a number
-        or the edges between its bins.
+        or the edges between its bins. Of a PettingZoo environment's agents, that for all or by agent.
     lift : bool
         Whether an environment that carries its transitions is played in compiled code (the default) or stepped.
 
@@ -127,17 +124,21 @@ class Learner(Tables):
             while self.diverged_at is None and followers.go_on and not self._is_done(goal):
                 try:
                     with interrupts_held_back():
-                        due = self._due_step()
-                        if due is not None:
-                            self._generalize(due)
-                        else:
-                            until = min(goal.episodes, followers.next_stop())
-                            self._play_on(until, goal.steps - self._accounts.first_steps)
+                        self._advance(min(goal.episodes, followers.next_stop()), goal.steps)
                 finally:  # Ctrl-C is heard above; the window that it waited for may have ended
                     followers.follow()
         if self.diverged_at is not None:
             warnings.warn(_DIVERGED.format(self.diverged_at), DivergenceWarning, stacklevel=2)
         return self
+
+    def _advance(self, until: int, n_steps: int) -> None:
+        """Play on, and take the tensor step where a window has ended (or is owed, as a user's function raised)."""
+        due = self._due_step()
+        if due is None:
+            self._play_on(until, n_steps - self._accounts.first_steps)
+            due = self._due_step()
+        if due is not None and self.diverged_at is None:
+            self._generalize(due)
 
     def _goal(self, episodes: int | None, steps: int | None) -> Goal:
         """Return the numbers of episodes and of the first agent's steps at which learning ends."""
@@ -190,13 +191,13 @@ class Learner(Tables):
         else:
             n = play(world.arrays, agents[0])
         accounts.add(tables, n if n >= 0 else -1 - n)
-        self._broke_off = True
+        torn, self._is_torn[tables] = self._is_torn[tables] & (n == 0), True
         world.check()
-        self._broke_off = False
-        longest = int(agents[0].record.steps[: max(n, 0)].max(initial=0))
+        self._is_torn[tables] = torn
+        longest = max(int(agent.record.steps[: max(n, 0)].max(initial=0)) for agent in agents)
         if self.problem.is_capped and longest == self.problem.max_episode_steps and not self._was_capped:
             self._was_capped = True
-            warnings.warn(_CAPPED.format(longest), StepCapWarning, stacklevel=4)
+            warnings.warn(CAPPED.format(longest), StepCapWarning, stacklevel=5)
         return n >= 0
 
     def _agent(self, table: int, until: int, enough: int, forbidden: Any) -> Agent:
@@ -284,9 +285,7 @@ class Learner(Tables):
         if header["learner"] != cls.__name__:
             held = header["learner"]
             raise SavedFileError(f"{path} holds a {held}, not a {cls.__name__}: load it with {held}.load")
-        parameters: dict[str, Any] = {
-            n: from_json(v) if isinstance(v, dict) else v for n, v in header["parameters"].items()
-        }
+        parameters: dict[str, Any] = {name: from_json(value) for name, value in header["parameters"].items()}
         problem_arrays = saved.of_prefix("problem", arrays)
         learner = cls(
             restored_problem(header["problem"], problem_arrays, env, Path(path), cls.reading_of(parameters)),
@@ -311,12 +310,15 @@ class Learner(Tables):
     def _saved_arrays(self) -> saved.Arrays:
         """Return all that learning changes, and the parameters that are arrays."""
         uniform = self._initial_q.strides == (0, 0)
-        longest = max((path.size for path in self.trajectories), default=0)
+        # Of every table, also of one that is ahead of others; none where an error broke off somebody's latest episode.
+        sizes = self._accounts.latest_steps[:, np.newaxis] + 1 if self.is_intact else np.zeros((1, 1), dtype=np.int64)
+        trajectory = self._trajectory[:, : sizes.max()].copy()
+        trajectory *= np.arange(trajectory.shape[1]) < sizes  # what earlier episodes left behind its end
         arrays: saved.Arrays = {
             "initial_q": self._initial_q[0, 0] if uniform else self._initial_q,
             "q": self._q,
             "weights": self._weights,
-            "trajectory": self._trajectory[:, :longest],
+            "trajectory": trajectory,
             "streams": np.stack(self._streams),
         }
         arrays |= self._accounts.saved()
@@ -331,6 +333,7 @@ class Learner(Tables):
         self._q, self._weights = arrays["q"], arrays["weights"]
         self._accounts.restore(arrays)
         self._trajectory[:, : arrays["trajectory"].shape[1]] = arrays["trajectory"]
+        self._is_torn[:] = self._accounts.furthest > 0 and arrays["trajectory"].size == 0
         self._streams = list(arrays["streams"])
         for table, log in enumerate(self._logs):
             restore_log(log, saved.of_prefix(f"log{table}", arrays))

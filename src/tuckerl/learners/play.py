@@ -12,7 +12,7 @@ import numpy as np
 
 from tuckerl._jit import by_kind, kernel
 from tuckerl.generalization.change_log import close_episode
-from tuckerl.learners.episodes import Agent, note_episode, note_state, set_rates
+from tuckerl.learners.episodes import Agent, Transition, note_episode, note_state, set_rates
 from tuckerl.problems.dynamics import WorldArrays, halted, out_of_time, reset, step
 from tuckerl.problems.players import PlayersArrays, step_together
 from tuckerl.problems.python_world import TERMINATED
@@ -36,8 +36,8 @@ def algorithm(
     ----------
     method : type
     first : kernel ``(method, agent, state, epsilon) -> action``
-    turn : kernel ``(method, agent, epsilon, state, action, reward, discount, next_state, ended) -> next action``
-        `discount` is 0 where the return ended. Returns `NOT_FINITE` where a value is; anything after the end.
+    turn : kernel ``(method, agent, transition, epsilon) -> next action``
+        Returns `NOT_FINITE` where a value is; anything after the end.
     leave : kernel ``(method, agent, finished) -> bool``, optional
         Ends an episode, or breaks it off; returns whether the table is finite. Default: nothing to do.
     """
@@ -74,7 +74,7 @@ def play(world: WorldArrays, agent: Agent) -> int:
             steps, total = steps + 1, total + reward
             ended = terminated or out_of_time(world, steps)
             discount = settings.terminal_discount if terminated else settings.gamma
-            chosen = _turn(method, agent, epsilon, state, action, reward, discount, next_state, ended)
+            chosen = _turn(method, agent, Transition(state, action, reward, discount, next_state, ended), epsilon)
             if chosen == NOT_FINITE:
                 return -1 - episode
             state, action = next_state, np.uint32(chosen)
@@ -138,8 +138,8 @@ def _turn_together(world: PlayersArrays, agents: tuple[Agent, ...], episode: int
         reward, terminated = world.reward[player], world.end[player] == TERMINATED
         ended = world.end[player] > 0 or steps >= world.max_episode_steps
         discount = agent.settings.terminal_discount if terminated else agent.settings.gamma
-        epsilon = agent.record.epsilon[episode]
-        action = _turn(agent.method, agent, epsilon, state, action, reward, discount, next_state, ended)
+        seen = Transition(state, action, reward, discount, next_state, ended)
+        action = _turn(agent.method, agent, seen, agent.record.epsilon[episode])
         if action == NOT_FINITE or (ended and not _leave(agent.method, agent, True)):
             return -1
         world.action[player] = action

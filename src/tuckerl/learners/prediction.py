@@ -44,7 +44,7 @@ def predict(
         chosen = _choose(q[0], forbidden[0], states, epsilon, rng)
         return int(chosen) if states.ndim == 0 else chosen
     if problem.members and isinstance(observation, Mapping):
-        joint = _of_agents(observation, problem.members)
+        joint = _of_agents(observation, problem)
         actions = predict(problem, q, forbidden, joint, epsilon, rng)
         return dict(zip(problem.members, actions, strict=True))
     return _by_coding(
@@ -72,14 +72,15 @@ def _by_player(
     return chosen
 
 
-def _of_agents(observations: Mapping[Any, Any], names: Sequence[Any]) -> tuple[Any, ...]:
-    missing = [name for name in names if name not in observations]
+def _of_agents(observations: Mapping[Any, Any], problem: SteppedProblem) -> tuple[Any, ...]:
+    missing = [name for name in problem.members if name not in observations]
     if missing:
         raise ObservationError(
-            f"observations must have one of each agent, {', '.join(map(str, names))}; {missing[0]} has none: for one "
-            "that has left, give its last"
+            f"observations must have one of each agent, {', '.join(map(str, problem.members))}; {missing[0]} has none: "
+            "for one that has left, give its last"
         )
-    return tuple(observations[name] for name in names)
+    readers = zip(problem.members, problem.member_readers, strict=True)
+    return tuple(reader.part(observations[name]) for name, reader in readers)
 
 
 def _by_coding(

@@ -12,7 +12,7 @@ import numpy as np
 from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import mark
 from tuckerl.learners.choices import best_value, epsilon_greedy
-from tuckerl.learners.episodes import Agent
+from tuckerl.learners.episodes import Agent, Transition
 from tuckerl.learners.learner import Learner
 from tuckerl.learners.play import NOT_FINITE, algorithm
 
@@ -37,23 +37,13 @@ def first(method: QMethod, agent: Agent, state: int, epsilon: float) -> int:
 
 
 @kernel
-def turn(
-    method: QMethod,
-    agent: Agent,
-    epsilon: float,
-    state: int,
-    action: int,
-    reward: float,
-    discount: float,
-    next_state: int,
-    ended: bool,
-) -> int:
+def turn(method: QMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Learn from a step and choose the next action."""
-    mark(agent.log, state)
-    value = update(agent, state, action, reward, discount, next_state)
+    mark(agent.log, seen.state)
+    value = update(agent, seen.state, seen.action, seen.reward, seen.discount, seen.next_state)
     if not np.isfinite(value):
         return NOT_FINITE
-    return 0 if ended else epsilon_greedy(agent, next_state, epsilon)
+    return 0 if seen.ended else epsilon_greedy(agent, seen.next_state, epsilon)
 
 
 algorithm(QMethod, first=first, turn=turn)
@@ -76,5 +66,5 @@ class QLearning(Learner):
     (50, 1)
     """
 
-    def _method(self, agent: int) -> QMethod:
+    def _method(self, table: int) -> QMethod:
         return QMethod()

@@ -12,7 +12,7 @@ import numpy as np
 from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import mark
 from tuckerl.learners.choices import epsilon_greedy
-from tuckerl.learners.episodes import Agent
+from tuckerl.learners.episodes import Agent, Transition
 from tuckerl.learners.learner import Learner
 from tuckerl.learners.play import NOT_FINITE, algorithm
 
@@ -28,22 +28,12 @@ def first(method: SarsaMethod, agent: Agent, state: int, epsilon: float) -> int:
 
 
 @kernel
-def turn(
-    method: SarsaMethod,
-    agent: Agent,
-    epsilon: float,
-    state: int,
-    action: int,
-    reward: float,
-    discount: float,
-    next_state: int,
-    ended: bool,
-) -> int:
+def turn(method: SarsaMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Choose the next action and learn from it (after a truncation, too: its value is bootstrapped)."""
-    q = agent.q
-    next_action = epsilon_greedy(agent, next_state, epsilon)
+    q, state, action = agent.q, seen.state, seen.action
+    next_action = epsilon_greedy(agent, seen.next_state, epsilon)
     mark(agent.log, state)
-    delta = reward + discount * q[next_state, next_action] - q[state, action]
+    delta = seen.reward + seen.discount * q[seen.next_state, next_action] - q[state, action]
     q[state, action] += agent.rates[action] * delta
     return next_action if np.isfinite(q[state, action]) else NOT_FINITE
 
@@ -68,5 +58,5 @@ class Sarsa(Learner):
     (50, 1)
     """
 
-    def _method(self, agent: int) -> SarsaMethod:
+    def _method(self, table: int) -> SarsaMethod:
         return SarsaMethod()

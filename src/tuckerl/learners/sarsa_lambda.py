@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from tuckerl._jit import kernel
 from tuckerl.learners.choices import epsilon_greedy
-from tuckerl.learners.episodes import Agent
+from tuckerl.learners.episodes import Agent, Transition
 from tuckerl.learners.play import NOT_FINITE, algorithm
 from tuckerl.learners.traces import Traces, bring_up_to_date, learn, settle, value_of
 from tuckerl.learners.tracing import TracingLearner
@@ -32,24 +32,14 @@ def first(method: SarsaLambdaMethod, agent: Agent, state: int, epsilon: float) -
 
 
 @kernel
-def turn(
-    method: SarsaLambdaMethod,
-    agent: Agent,
-    epsilon: float,
-    state: int,
-    action: int,
-    reward: float,
-    discount: float,
-    next_state: int,
-    ended: bool,
-) -> int:
+def turn(method: SarsaLambdaMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Choose the next action, and let the error reach all pairs that have a trace."""
     traces, q, rates, log = method.traces, agent.q, agent.rates, agent.log
-    bring_up_to_date(traces, q, rates, log, next_state)
-    next_action = epsilon_greedy(agent, next_state, epsilon)
-    value = value_of(traces, q, rates, log, state, action)
-    delta = reward + discount * q[next_state, next_action] - value
-    return next_action if learn(traces, q, rates, log, state, action, delta) else NOT_FINITE
+    bring_up_to_date(traces, q, rates, log, seen.next_state)
+    next_action = epsilon_greedy(agent, seen.next_state, epsilon)
+    value = value_of(traces, q, rates, log, seen.state, seen.action)
+    delta = seen.reward + seen.discount * q[seen.next_state, next_action] - value
+    return next_action if learn(traces, q, rates, log, seen.state, seen.action, delta) else NOT_FINITE
 
 
 @kernel
@@ -80,5 +70,5 @@ class SarsaLambda(TracingLearner):
     (50, 1)
     """
 
-    def _method(self, agent: int) -> SarsaLambdaMethod:
-        return SarsaLambdaMethod(self._traces[agent])
+    def _method(self, table: int) -> SarsaLambdaMethod:
+        return SarsaLambdaMethod(self._traces[table])

@@ -46,7 +46,7 @@ def read(path: Path) -> tuple[Header, Arrays]:
     Raises
     ------
     SavedFileError
-        If the file is of another kind, of a newer version, truncated or damaged.
+        If the file cannot be read, is of another kind, of a newer version, truncated or damaged.
     SavedFileMissingError
         If there is none.
     """
@@ -54,6 +54,10 @@ def read(path: Path) -> tuple[Header, Arrays]:
         content = path.read_bytes()
     except FileNotFoundError as error:
         raise SavedFileMissingError(f"there is no file {path}: name one that a learner's save() wrote") from error
+    except OSError as error:
+        raise SavedFileError(
+            f"{path} cannot be read ({error.strerror}): name one that a learner's save() wrote"
+        ) from error
     if not content.startswith(_MAGIC):
         raise SavedFileError(f"{path} is not a saved learner: expected a file that a learner's save() wrote")
     first, _, rest = content.partition(b"\n")

@@ -11,20 +11,21 @@ from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.saved import Arrays, Header, of_prefix, with_prefix
 from tuckerl.problems.mdp import MDPArrays, TabularMDP
-from tuckerl.problems.players import PlayersProblem
+from tuckerl.problems.players import EdgesOfPlayers, PlayersProblem
 from tuckerl.problems.resolve import Environment, Problem, Reading, as_problem
 from tuckerl.problems.simulator import Simulator
 from tuckerl.problems.stepped import Edges, SteppedProblem
 
 _STEPPED = (SteppedProblem, PlayersProblem)
+_GIVE_ENV = "pass load() its env, or name it with --env in a command"
 
 
 def problem_parts(problem: Problem) -> tuple[Header, Arrays]:
     """Return a problem as header and arrays; of one that is code, only its sizes, its id and its bins."""
     if isinstance(problem, Simulator):
-        return {"simulator": _sizes(problem)}, {}
+        return {"simulator": _sizes(problem), "source": problem.source}, {}
     if isinstance(problem, _STEPPED):
-        header = {"id": problem.id, "source": problem.source, "sizes": _sizes(problem)}
+        header = {"id": problem.id, "source": problem.source, "sizes": _sizes(problem), "agents": _agents(problem)}
         return {type(problem).__name__: header}, _edges_of(problem)
     parts = problem.arrays._asdict()
     arrays: Arrays = {name: part for name, part in parts.items() if isinstance(part, np.ndarray)}
@@ -32,11 +33,16 @@ def problem_parts(problem: Problem) -> tuple[Header, Arrays]:
     if problem.heuristic is not None:
         arrays["heuristic"] = problem.heuristic
     own = {"n_states": problem.n_states, "action_sizes": list(problem.action_sizes), "layout": problem.layout}
+    own |= {"is_capped": problem.is_capped, "source": problem.source}
     return numbers | own, arrays
 
 
 def _sizes(problem: Problem) -> list[int | None]:
     return [problem.n_states, problem.n_actions, problem.max_episode_steps]
+
+
+def _agents(problem: SteppedProblem | PlayersProblem) -> list[str]:
+    return [str(name) for name in (problem.players if isinstance(problem, PlayersProblem) else problem.members)]
 
 
 def _edges_of(problem: SteppedProblem | PlayersProblem) -> Arrays:
@@ -59,9 +65,7 @@ def restored_problem(header: Header, arrays: Arrays, env: Environment | None, pa
     """
     if "simulator" in header:
         if env is None:
-            raise SavedFileError(
-                f"{path} was learned on a simulator, whose functions no file holds: pass load() its env"
-            )
+            raise SavedFileError(f"{path} was learned on a simulator, whose functions no file holds: {_GIVE_ENV}")
         return _same(as_problem(env, reading), Simulator, header["simulator"], path)
     for kind in _STEPPED:
         if kind.__name__ in header:
@@ -76,13 +80,25 @@ def _restored_environment(
 ) -> Problem:
     if env is None and header["id"] is None:
         raise SavedFileError(
-            f"{path} was learned on an environment that no file holds, {header['source']}: pass load() its env"
+            f"{path} was learned on an environment that no file holds, {header['source']}: {_GIVE_ENV}"
         )
-    places = sorted({name.split(".")[0] for name in arrays}, key=lambda name: int(name.removeprefix("edges")))
-    edges = [Edges(tuple(of_prefix(place, arrays).values())) for place in places]
-    bins = edges[0] if edges and kind is SteppedProblem else edges or None
+    n_codings = len(header["agents"]) if kind is PlayersProblem else 1
+    edges = tuple(Edges(tuple(of_prefix(f"edges{place}", arrays).values())) for place in range(n_codings))
+    bins: Any = None
+    if arrays:
+        bins = EdgesOfPlayers(edges) if kind is PlayersProblem else edges[0]
     given = header["id"] if env is None else env
-    return _same(as_problem(given, replace(reading, bins=bins, lift=False)), kind, header["sizes"], path)
+    try:
+        problem = as_problem(given, replace(reading, bins=bins, lift=False))
+    except ParameterError as error:  # the edges belong to another space
+        raise ParameterError(f"env must be the one that {path} was saved with, {header['source']}: {error}") from error
+    problem = _same(problem, kind, header["sizes"], path)
+    if isinstance(problem, _STEPPED) and _agents(problem) != header["agents"]:
+        raise ParameterError(
+            f"env must be the one that {path} was saved with, of the agents {', '.join(header['agents'])}, in this "
+            f"order; got {', '.join(_agents(problem))}"
+        )
+    return problem
 
 
 def _same(problem: Problem, kind: type, sizes: list[int | None], path: Path) -> Problem:
@@ -100,13 +116,16 @@ def _restored_table(header: Header, arrays: Arrays) -> TabularMDP:
     parts: dict[str, Any] = {"forbidden": no_masks} | header | arrays
     mdp = MDPArrays(**{name: parts[name] for name in MDPArrays._fields})
     layout = header.get("layout")
-    return TabularMDP.from_arrays(
+    problem = TabularMDP.from_arrays(
         mdp,
         header["n_states"],
         arrays.get("heuristic"),
         tuple(header["action_sizes"]),
         None if layout is None else (layout[0], layout[1]),
     )
+    problem.is_capped = header.get("is_capped", False)
+    problem.source = header.get("source")
+    return problem
 
 
 def seed_parts(sequence: np.random.SeedSequence) -> Header:

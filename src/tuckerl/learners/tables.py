@@ -25,7 +25,7 @@ from tuckerl.learners.schedules import Course, Schedule, as_schedule
 from tuckerl.problems.players import PlayersProblem
 from tuckerl.problems.resolve import Agents, Environment, Problem, Reading, as_problem
 from tuckerl.rng import child, seed_sequence, stream
-from tuckerl.types import FloatArray, IntArray, Seed
+from tuckerl.types import BoolArray, FloatArray, IntArray, Seed
 
 _MAX_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
 _PREDICTION_STREAM = 2**32 - 2  # the child of the seed for predict(deterministic=False)
@@ -93,7 +93,7 @@ class Tables(ABC):
         self._run = None if step is None else StepRun(step, self._initial_q, n_tables, self._sequence)
         self._prediction_rng = np.random.default_rng(child(self._sequence, _PREDICTION_STREAM))
         self._was_capped = False
-        self._broke_off = False  # whether an error came in the middle of the latest episode
+        self._is_torn = np.zeros(n_tables, dtype=np.bool_)  # whose trajectory is one of an episode that was broken off
 
     @abstractmethod
     def _method(self, table: int) -> Any:
@@ -117,7 +117,7 @@ class Tables(ABC):
     @property
     def is_intact(self) -> bool:
         """Whether no table has left the finite numbers, and no error has broken off the latest episode."""
-        return self.diverged_at is None and not self._broke_off
+        return self.diverged_at is None and not bool(self._is_torn.any())
 
     @property
     def steps(self) -> IntArray:
@@ -133,6 +133,12 @@ class Tables(ABC):
     def q(self) -> FloatArray:
         """A copy of the tables, (n_tables, S, A)."""
         return self._q.copy()
+
+    @property
+    def forbidden(self) -> BoolArray | None:
+        """Where an action may not be taken, as far as is known, (n_tables, S, A); None where all may."""
+        tables = [table for world in self._worlds for table in world.forbidden]
+        return np.stack(tables) if all(table.size for table in tables) else None
 
     @property
     def action_weights(self) -> FloatArray:
@@ -156,8 +162,9 @@ class Tables(ABC):
 
     @property
     def trajectories(self) -> tuple[IntArray, ...]:
-        """Each agent's states in its latest episode, a million at most; none before the first or after divergence."""
-        if self.episodes == 0 or self.diverged_at is not None or not self._accounts.is_even:
+        """Each agent's states in its latest episode, a million at most; none if there is none that was whole."""
+        is_whole = self._accounts.is_even and self.is_intact
+        if self.episodes == 0 or not is_whole:
             return tuple(np.zeros(0, dtype=np.int64) for _ in range(self.n_tables))
         last = self._accounts.steps[:, -1]
         return tuple(self._trajectory[table, : n + 1].copy() for table, n in enumerate(last))
@@ -211,6 +218,11 @@ class Tables(ABC):
         """Evaluate tables, which may be those of an earlier learner of the same run."""
         sequence = child(self._sequence, _EVALUATION_STREAM) if seed is None else seed_sequence(seed)
         return evaluate(self.problem, q, episodes, sequence)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """What its constructor was given or took by default, but for arrays, the seed and the tensor step."""
+        return self._parameters()
 
     def __repr__(self) -> str:
         parameters = self._parameters() | {"tensor_step": self.tensor_step}

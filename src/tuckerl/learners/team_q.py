@@ -13,8 +13,9 @@ import numpy as np
 
 from tuckerl._jit import kernel
 from tuckerl.checks import check_flag, check_name
+from tuckerl.errors import ProblemError
 from tuckerl.learners.choices import best_value, greedy
-from tuckerl.learners.episodes import Agent
+from tuckerl.learners.episodes import Agent, Transition
 from tuckerl.learners.parameters import LearnerParameters
 from tuckerl.learners.play import NOT_FINITE, algorithm
 from tuckerl.learners.traces import Traces, bring_up_to_date, learn, settle
@@ -23,7 +24,7 @@ from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.resolve import Agents, Environment, Reading
 from tuckerl.problems.stepped import SteppedProblem
 from tuckerl.rng import below, uniform
-from tuckerl.types import IntArray
+from tuckerl.types import BoolArray, IntArray
 
 _TIE = 1e-12  # values this close differ by the order of additions only, which must not decide
 
@@ -104,24 +105,14 @@ def choose(method: TeamMethod, agent: Agent, state: int, epsilon: float) -> int:
 
 
 @kernel
-def turn(
-    method: TeamMethod,
-    agent: Agent,
-    epsilon: float,
-    state: int,
-    action: int,
-    reward: float,
-    discount: float,
-    next_state: int,
-    ended: bool,
-) -> int:
+def turn(method: TeamMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Let the error reach all pairs that have a trace, and choose the next joint action."""
-    traces, q = method.traces, agent.q
-    bring_up_to_date(traces, q, agent.rates, agent.log, next_state)
-    delta = reward + discount * best_value(q, agent.forbidden, next_state) - q[state, action]
+    traces, q, state, action = method.traces, agent.q, seen.state, seen.action
+    bring_up_to_date(traces, q, agent.rates, agent.log, seen.next_state)
+    delta = seen.reward + seen.discount * best_value(q, agent.forbidden, seen.next_state) - q[state, action]
     if not learn(traces, q, agent.rates, agent.log, state, action, delta):
         return NOT_FINITE
-    return 0 if ended else choose(method, agent, next_state, epsilon)
+    return 0 if seen.ended else choose(method, agent, seen.next_state, epsilon)
 
 
 @kernel
@@ -140,15 +131,23 @@ class TeamQ(TracingLearner):
     Parameters
     ----------
     env
-        A joint problem: a :class:`~tuckerl.TabularMDP` with `action_sizes`, or a PettingZoo parallel environment that
-        carries one. :class:`~tuckerl.learners.tracing.TracingLearner` has the other parameters.
+        A joint problem: a :class:`~tuckerl.TabularMDP` with `action_sizes`, or a PettingZoo parallel environment with
+        finite spaces, by id, instance or callable. :class:`~tuckerl.learners.tracing.TracingLearner` has the other
+        parameters.
     cut : bool
         Whether a joint action below the row's maximum zeroes all traces before its own update (Watkins).
     exploration : "members" or "team"
         Whether each member draws on its own, or one draw makes the whole joint action random.
     team_reward : str
-        What the team is paid: the ``"mean"`` or the ``"sum"`` of its members' rewards, or one member's, by its name. (A
-        problem that carries its joint transitions has settled that.)
+        What the team is paid: the ``"mean"`` or the ``"sum"`` of its members' rewards, or one member's, by its name.
+        Joint transitions that an environment carries pay the mean; for anything else it is stepped.
+
+    Raises
+    ------
+    ParameterError
+        If `team_reward` is given for a problem that is no PettingZoo environment.
+    ProblemError
+        If a problem's action masks are not independent of each other and members explore on their own.
 
     References
     ----------
@@ -183,10 +182,12 @@ class TeamQ(TracingLearner):
         sizes: tuple[int, ...] = (self.problem.n_actions,)
         if isinstance(self.problem, (TabularMDP, SteppedProblem)) and self.exploration == "members":
             sizes = self.problem.action_sizes
+        if isinstance(self.problem, TabularMDP):
+            _check_independent(self.problem.arrays.forbidden, sizes)
         self._team = Team(np.array(sizes, dtype=np.int64), np.zeros(len(sizes), dtype=np.int64), self.cut)
 
-    def _method(self, agent: int) -> TeamMethod:
-        return TeamMethod(self._traces[agent], self._team)
+    def _method(self, table: int) -> TeamMethod:
+        return TeamMethod(self._traces[table], self._team)
 
     def _parameters(self) -> dict[str, Any]:
         return super()._parameters() | {
@@ -199,3 +200,20 @@ class TeamQ(TracingLearner):
     def reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
         """Return how a team with these parameters reads its environment."""
         return replace(super().reading_of(parameters), reward=parameters.get("team_reward", "mean"))
+
+
+def _check_independent(forbidden: BoolArray, sizes: tuple[int, ...]) -> None:
+    """Refuse masks by which members that explore on their own could meet in a forbidden joint action."""
+    if forbidden.size == 0:
+        return
+    allowed = ~forbidden.reshape(-1, *sizes)
+    independent = np.ones_like(allowed)
+    for member in range(1, allowed.ndim):
+        others = tuple(axis for axis in range(1, allowed.ndim) if axis != member)
+        independent &= allowed.any(axis=others, keepdims=True)
+    if (independent != allowed).any():
+        state = int(np.argwhere(independent != allowed)[0, 0])
+        raise ProblemError(
+            f"the members' action masks must be independent of each other where members explore on their own; in state "
+            f"{state} a joint action is forbidden whose parts are allowed beside others: use exploration='team'"
+        )

@@ -22,6 +22,7 @@ from tuckerl.generalization.change_log import ChangeLog, mark
 from tuckerl.types import FloatArray, IntArray, StateArray
 
 _NEW_ERA_BELOW = 1e-8
+_FAST_DECAY = 1e-4  # a visit to a row that missed the last step costs as many digits as one decay takes
 _N_ERAS = 40  # then a trace of the first era is below 1e-8 ** 40, smaller than any float
 _FORGET_BELOW = 1e-300  # not earlier: however small its trace, a pair of value 0 becomes better than others of value 0
 
@@ -128,6 +129,8 @@ def learn(
         mark(log, state)
         q[state, action] += rates[action] * delta
         return np.isfinite(q[state, action])
+    if traces.decay.factor < _FAST_DECAY:
+        bring_up_to_date(traces, q, rates, log, state)
     _visit(traces, q, rates, state, action)
     clock = traces.clock
     change = delta * clock[PHI]

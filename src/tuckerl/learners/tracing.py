@@ -44,25 +44,25 @@ class TracingLearner(Learner):
         self.carry_trace = check_flag("carry_trace", carry_trace)
         decay = Decay(self.gamma * self.lambda_, self.trace == "replacing", self.carry_trace)
         shape = (self.problem.n_states, self.problem.n_actions)
-        self._traces = tuple(empty_traces(*shape, decay) for _ in range(self.n_agents))
+        self._traces = tuple(empty_traces(*shape, decay) for _ in range(self.n_tables))
 
     def _share(self, mixture: FloatArray) -> None:
         super()._share(mixture)
         chosen = int(np.argmax(mixture)) if np.count_nonzero(mixture) == 1 else None
         held = None if chosen is None else self._traces_of(chosen)
-        for agent in range(self.n_agents):
-            if agent != chosen:
-                self._set_traces(agent, held)
+        for table in range(self.n_tables):
+            if table != chosen:
+                self._set_traces(table, held)
 
-    def _traces_of(self, agent: int) -> Arrays:
+    def _traces_of(self, table: int) -> Arrays:
         """Return the traces as they are between episodes, when phi is 1 and every row is up to date."""
-        traces = self._traces[agent]
+        traces = self._traces[table]
         slots = slice(1, traces.cursor[ROWS] + 1)
         return {"state": traces.state[slots].copy(), "constant": traces.constant[slots].copy()}
 
-    def _set_traces(self, agent: int, held: Arrays | None) -> None:
-        """Replace an agent's traces by those that `_traces_of` returned, or by none."""
-        traces = self._traces[agent]
+    def _set_traces(self, table: int, held: Arrays | None) -> None:
+        """Replace a table's traces by those that `_traces_of` returned, or by none."""
+        traces = self._traces[table]
         before = slice(1, traces.cursor[ROWS] + 1)
         traces.slot[traces.state[before]], traces.constant[before], traces.cursor[ROWS] = 0, 0.0, 0
         if held is not None:
@@ -78,11 +78,11 @@ class TracingLearner(Learner):
 
     def _saved_arrays(self) -> Arrays:
         saved = super()._saved_arrays()
-        for agent in range(self.n_agents):
-            saved |= with_prefix(f"traces{agent}", self._traces_of(agent))
+        for table in range(self.n_tables):
+            saved |= with_prefix(f"traces{table}", self._traces_of(table))
         return saved
 
     def _restore_arrays(self, arrays: Arrays) -> None:
         super()._restore_arrays(arrays)
-        for agent in range(self.n_agents):
-            self._set_traces(agent, of_prefix(f"traces{agent}", arrays))
+        for table in range(self.n_tables):
+            self._set_traces(table, of_prefix(f"traces{table}", arrays))

@@ -97,9 +97,9 @@ def coding_of_edges(space: gymnasium.Space[Any], edges: Iterable[FloatArray], *,
         As :func:`coding` does, and if there are not as many arrays as the space's Boxes have dimensions.
     """
     given = tuple(edges)
-    if len(given) != _n_dimensions(space):
+    if len(given) != n_dimensions(space):
         raise ParameterError(
-            f"edges of {what} must be one array for each of the {_n_dimensions(space)} dimensions of its Boxes; "
+            f"edges of {what} must be one array for each of the {n_dimensions(space)} dimensions of its Boxes; "
             f"got {len(given)}"
         )
     return coding(space, _bins_of_edges(space, iter(given)), what=what)
@@ -112,9 +112,9 @@ def _parts(space: gymnasium.Space[Any]) -> dict[Any, gymnasium.Space[Any]]:
     return dict(enumerate(space.spaces)) if isinstance(space, Tuple) else {}
 
 
-def _n_dimensions(space: gymnasium.Space[Any]) -> int:
+def n_dimensions(space: gymnasium.Space[Any]) -> int:
     """Return how many dimensions all Boxes in a space have together."""
-    return math.prod(space.shape) if isinstance(space, Box) else sum(map(_n_dimensions, _parts(space).values()))
+    return math.prod(space.shape) if isinstance(space, Box) else sum(map(n_dimensions, _parts(space).values()))
 
 
 def _bins_of_parts(space: gymnasium.Space[Any], bins: Bins | None, what: str) -> dict[Any, Bins | None]:
@@ -122,10 +122,10 @@ def _bins_of_parts(space: gymnasium.Space[Any], bins: Bins | None, what: str) ->
     parts = _parts(space)
     if bins is None:
         return dict.fromkeys(parts)
-    if _n_dimensions(space) == 0:
+    if n_dimensions(space) == 0:
         raise ParameterError(f"{what} {space} has no Box to cut into bins, so bins must be None; got {bins!r}")
     if isinstance(bins, Integral) and not isinstance(bins, bool):
-        return {key: bins if _n_dimensions(part) else None for key, part in parts.items()}
+        return {key: bins if n_dimensions(part) else None for key, part in parts.items()}
     if isinstance(space, Dict):
         if not isinstance(bins, Mapping):
             raise ParameterTypeError(f"bins of {what} must be a whole number or a mapping by its keys; got {bins!r}")
@@ -147,10 +147,10 @@ def _bins_of_parts(space: gymnasium.Space[Any], bins: Bins | None, what: str) ->
 
 def _bins_of_edges(space: gymnasium.Space[Any], edges: Iterator[FloatArray]) -> Bins | None:
     """Return the bins that give these edges again, taken one by one."""
-    if _n_dimensions(space) == 0:
+    if n_dimensions(space) == 0:
         return None
     if isinstance(space, Dict):
         return {key: _bins_of_edges(part, edges) for key, part in space.spaces.items()}
     if isinstance(space, Tuple):
         return tuple(_bins_of_edges(part, edges) for part in space.spaces)
-    return tuple(islice(edges, _n_dimensions(space)))
+    return tuple(islice(edges, n_dimensions(space)))

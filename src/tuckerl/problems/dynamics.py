@@ -3,7 +3,7 @@
 from tuckerl._jit import by_kind, call_python, kernel
 from tuckerl.problems.mdp import MDPArrays
 from tuckerl.problems.players import PlayersArrays
-from tuckerl.problems.python_world import REWARD_IS_NOT_FINITE, TERMINATED, TRUNCATED
+from tuckerl.problems.python_world import FAULT, LATE, REWARD_IS_NOT_FINITE, TERMINATED, TRUNCATED
 from tuckerl.problems.simulator import (
     ACTION,
     FROM_STATE,
@@ -99,22 +99,31 @@ def _step_simulator(world: SimulatorArrays, state: int, action: int, rng: Stream
 
 
 @kernel
+def _state_in(world: SteppedArrays, code: int) -> int:
+    """Return the state in a callback's answer; 0 if that is an error's number, or what an uncaught error left there."""
+    state = code >> STATE_SHIFT
+    if 0 <= state < world.n_states:
+        world.status[0] = 0
+        return state
+    world.status[0] = LATE if code == LATE else FAULT
+    return 0
+
+
+@kernel
 def _reset_stepped(world: SteppedArrays, rng: Stream) -> int:
     world.clock[0] = 0.0
-    code = call_python(world.call, NEXT_EPISODE)
-    world.status[0] = min(code, 0)
-    return max(code, 0) >> STATE_SHIFT
+    return _state_in(world, call_python(world.call, NEXT_EPISODE))
 
 
 @kernel
 def _step_stepped(world: SteppedArrays, state: int, action: int, rng: Stream) -> tuple[int, float, bool]:
     world.clock[0] += 1.0
-    code, reward = call_python(world.call, action), world.reward[0]
-    world.status[0] = min(code, 0)
-    if reward - reward != 0.0:  # 0 for a finite number, NaN for any other
+    code = call_python(world.call, action)
+    state, reward = _state_in(world, code), world.reward[0]
+    if world.status[0] == 0 and reward - reward != 0.0:  # 0 for a finite number, NaN for any other
         world.status[0] = REWARD_IS_NOT_FINITE
     world.truncated[0] = code & TRUNCATED > 0
-    return max(code, 0) >> STATE_SHIFT, reward, code & TERMINATED > 0
+    return state, reward, code & TERMINATED > 0
 
 
 @kernel

@@ -45,6 +45,8 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
     possible_agents : list
     observation_space, action_space : gymnasium.spaces.Tuple
         Of the agents' spaces; where an observation holds an action mask, of the part beside it.
+    readers : dict of MaskReader by agent
+        What takes apart the agents' observations.
 
     Raises
     ------
@@ -81,13 +83,13 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
                 f"agent by agent into one); got {env!r}"
             )
         self.env = env
-        self.possible_agents = _possible_agents(env)
+        self.possible_agents = agents_of(env)
         self.reward = reward if reward in self.possible_agents else _check_rule(reward, self.possible_agents)
-        self._readers = {
+        self.readers = {
             agent: MaskReader(env.observation_space(agent), env.action_space(agent)) for agent in self.possible_agents
         }
-        self.observation_space = spaces.Tuple(reader.observation_space for reader in self._readers.values())
-        self.action_space = spaces.Tuple(reader.action_space for reader in self._readers.values())
+        self.observation_space = spaces.Tuple(reader.observation_space for reader in self.readers.values())
+        self.action_space = spaces.Tuple(reader.action_space for reader in self.readers.values())
         self.metadata = {"render_modes": [], **getattr(env, "metadata", {})}
         self.render_mode = getattr(env, "render_mode", None)
         self._live: tuple[Any, ...] = ()
@@ -172,7 +174,7 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
     def _live_agents(self) -> tuple[Any, ...]:
         live = tuple(self.env.agents)  # environments change their list in place
         for agent in live:
-            if agent not in self._readers:
+            if agent not in self.readers:
                 known = ", ".join(map(str, self.possible_agents))
                 raise ProblemError(
                     f"the agents of {self.env} must be among its possible_agents, {known}; got {agent!r}"
@@ -192,7 +194,7 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
         """Keep what these agents observe."""
         for agent in agents:
             if agent in observations:
-                observation, mask = self._readers[agent](observations[agent], infos.get(agent) or {})
+                observation, mask = self.readers[agent](observations[agent], infos.get(agent) or {})
                 self._seen[agent], self._masks[agent] = _fresh(observation), mask
                 if mask is not None:
                     self._widths[agent] = mask.size
@@ -239,11 +241,18 @@ def _fresh(observation: Any) -> Any:
     return observation if isinstance(observation, (int, np.generic)) else copy.deepcopy(observation)
 
 
-def _possible_agents(env: Any) -> list[Any]:
+def agents_of(env: Any) -> list[Any]:
+    """Return the possible agents of a parallel environment.
+
+    Raises
+    ------
+    ProblemError
+        If there are none, or one is there twice.
+    """
     agents = list(getattr(env, "possible_agents", None) or ())
     if not agents:
         raise ProblemError(
-            f"{env} must list all agents that it may have as `possible_agents`: a joint action needs one for each"
+            f"{env} must list all agents that it may have as `possible_agents`: learning needs to know them at once"
         )
     if len(set(agents)) < len(agents):
         raise ProblemError(f"the possible_agents of {env} must be different; got {agents}")

@@ -51,6 +51,10 @@ def make_environment(name: str, keywords: Mapping[str, Any] = MappingProxyType({
         try:
             import_module(module)
         except ModuleNotFoundError as error:
+            if not f"{module}.".startswith(f"{error.name}."):
+                raise ProblemError(
+                    f"cannot make {name}: its module {module} imports {error.name}, which is not installed: install it"
+                ) from error
             raise UnknownNameError(f"unknown environment {name!r}: there is no module {module!r} to import") from error
     check_name("environment", plain, {*gymnasium.registry, *pettingzoo.parallel_registry})
     try:

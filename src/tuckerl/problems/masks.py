@@ -17,6 +17,10 @@ from tuckerl.errors import ObservationError, SpaceError
 from tuckerl.types import BoolArray
 
 MASK = "action_mask"
+MASK_IS_LATE = (
+    f"an environment with action masks must give one in its reset, too, where all actions may be taken: its first "
+    f"info had no {MASK!r}"
+)
 _KEYS = {"observation", MASK}
 
 

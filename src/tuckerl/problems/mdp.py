@@ -146,6 +146,8 @@ class TabularMDP:
         return mdp
 
     is_capped = False  # whether the time limit is ours, as there was none
+    source: str | None = None
+    """What the environment is called that carried it; None where there was none."""
 
     def world(self) -> World:
         """Return a world for one agent; all may read the same arrays."""
@@ -154,7 +156,9 @@ class TabularMDP:
     def with_time_limit(self, max_episode_steps: int | None) -> "TabularMDP":
         """Return the same MDP (sharing its arrays) with another limit on an episode's steps."""
         arrays = self.arrays._replace(max_episode_steps=_limit(max_episode_steps))
-        return TabularMDP.from_arrays(arrays, self.n_states, self.heuristic, self.action_sizes, self.layout)
+        limited = TabularMDP.from_arrays(arrays, self.n_states, self.heuristic, self.action_sizes, self.layout)
+        limited.source = self.source
+        return limited
 
     def __repr__(self) -> str:
         return (

@@ -3,7 +3,7 @@
 A kernel lets all agents choose, hands their actions to Python through one callback, and lets all of them learn.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,10 +11,12 @@ import numpy as np
 from tuckerl._jit import call_python, kernel, python_callback
 from tuckerl.errors import ProblemError
 from tuckerl.interrupts import is_impatient
-from tuckerl.problems.coding import Coding, coding
-from tuckerl.problems.masks import MaskReader
+from tuckerl.problems.coding import Coding, coding, n_dimensions
+from tuckerl.problems.joint import agents_of
+from tuckerl.problems.masks import MASK_IS_LATE, MaskReader
 from tuckerl.problems.mdp import Layout
 from tuckerl.problems.python_world import (
+    FAULT,
     LATE,
     REWARD_IS_NOT_FINITE,
     STEP_CAP,
@@ -54,14 +56,23 @@ def step_together(world: PlayersArrays, begin: bool) -> None:
     total = 0.0
     for reward in world.reward:
         total += reward - reward  # 0 for finite numbers, NaN for any other
-    world.status[0] = REWARD_IS_NOT_FINITE if code == 0 and total != 0.0 else code
+    if code == 0:
+        world.status[0] = REWARD_IS_NOT_FINITE if total != 0.0 else 0
+    else:  # an error that was not caught leaves any number
+        world.status[0] = LATE if code == LATE else FAULT
+
+
+class EdgesOfPlayers(NamedTuple):
+    """The edges of all bins of all agents' codings, as a saved file holds them."""
+
+    by_place: tuple[Edges, ...]
 
 
 class PlayersProblem:
     """A PettingZoo parallel environment in which every agent has a table of its own.
 
     Agents with fewer observations or actions than others have tables as large as the others', of which they use a
-    part.
+    part. `bins` are the same for all agents that see a Box, or by agent.
 
     Raises
     ------
@@ -86,12 +97,12 @@ class PlayersProblem:
         max_episode_steps: int | None = None,
     ) -> None:
         self.source, self._environments = source, Environments(env, source, make)
-        self.players: tuple[Any, ...] = tuple(env.possible_agents)
+        self.players: tuple[Any, ...] = tuple(agents_of(env))
         self.readers = tuple(MaskReader(env.observation_space(p), env.action_space(p)) for p in self.players)
-        held = bins if isinstance(bins, list) and all(isinstance(own, Edges) for own in bins) else None
+        own_bins = _bins_of_players(bins, self.players, self.readers)
         self.observations: tuple[Coding, ...] = tuple(
-            read_coding(reader.observation_space, held[place] if held else bins, what=f"observation of {player}")
-            for place, (player, reader) in enumerate(zip(self.players, self.readers, strict=True))
+            read_coding(reader.observation_space, own, what=f"observation of {player}")
+            for player, reader, own in zip(self.players, self.readers, own_bins, strict=True)
         )
         self.actions: tuple[Coding, ...] = tuple(
             coding(env.action_space(player), what=f"action of {player}") for player in self.players
@@ -111,7 +122,7 @@ class PlayersProblem:
         masks = []
         for player, observation in observations.items():
             place = self.players.index(player)
-            part, mask = self.readers[place](observation, infos.get(player, {}))
+            part, mask = self.readers[place](observation, infos.get(player) or {})
             self.observations[place].encode(part)
             masks.append(mask)
         return any(mask is not None for mask in masks)
@@ -131,6 +142,16 @@ class PlayersProblem:
             f"PlayersProblem({self.source}, {len(self.players)} agents, {self.n_states} states, {self.n_actions} "
             f"actions, max_episode_steps={self.max_episode_steps})"
         )
+
+
+def _bins_of_players(bins: Any, players: Sequence[Any], readers: Sequence[MaskReader]) -> Sequence[Any]:
+    """Return each agent's bins: its own where they are by agent, else the same for all that see a Box."""
+    if isinstance(bins, EdgesOfPlayers):
+        return bins.by_place
+    if isinstance(bins, Mapping) and bins.keys() <= set(players):
+        return [bins.get(player) for player in players]
+    sees_box = [n_dimensions(reader.observation_space) > 0 for reader in readers]
+    return [bins if own or not any(sees_box) else None for own in sees_box]  # without any, coding says what is wrong
 
 
 class PlayersWorld(PythonWorld):
@@ -176,11 +197,13 @@ class PlayersWorld(PythonWorld):
         if self.is_late:
             return LATE
         observations, infos = self.seeds.reset()
+        if not observations:
+            raise ProblemError("there must be agents after the reset; it returned no observations")
         self.arrays.playing[:] = False
         self.arrays.reward[:] = 0.0
         for player, observation in observations.items():
             self.arrays.playing[self._places[player]] = True
-            self._note(player, observation, infos.get(player, {}))
+            self._note(player, observation, infos.get(player) or {})
         return 0
 
     def _step(self) -> None:
@@ -196,7 +219,8 @@ class PlayersWorld(PythonWorld):
             place = self._places[player]
             arrays.reward[place] = rewards[player]
             arrays.end[place] = TERMINATED if terminations[player] else TRUNCATED if truncations[player] else 0
-            self._note(player, observations[player], infos.get(player, {}))
+            if player in observations or arrays.end[place] == 0:  # who has left need not see anything more
+                self._note(player, observations[player], infos.get(player) or {})
         if not set(observations) <= set(chosen):
             late = sorted(map(str, set(observations) - set(chosen)))
             raise ProblemError(f"agents must be there from an episode's beginning; {', '.join(late)} came later")
@@ -208,3 +232,5 @@ class PlayersWorld(PythonWorld):
         self.arrays.state[place] = state
         if self.problem.has_masks:
             self.forbidden[place][state, : self.problem.actions[place].n] = False if mask is None else ~mask
+        elif mask is not None:
+            raise ProblemError(MASK_IS_LATE)

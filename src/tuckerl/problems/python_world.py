@@ -119,15 +119,21 @@ class PythonWorld(World):
         error, self._error = self._error, None
         if status not in (FAULT, REWARD_IS_NOT_FINITE):
             return
-        if isinstance(error, (KeyboardInterrupt, SystemExit)):
+        if error is not None and not isinstance(error, Exception):  # KeyboardInterrupt, SystemExit and their like
             raise error
         what = f"failed ({type(error).__name__}: {error})"
+        if error is None:  # it came at the callback's door, from a signal's handler for one, and Python has printed it
+            what = "was broken off by an error that is printed above"
         if status == REWARD_IS_NOT_FINITE:
             what = f"paid a reward that is not finite ({', '.join(map(str, self.arrays.reward))})"
         raise EnvironmentFaultError(
             f"{self.source} {what} {self.seeds.where(int(self.arrays.clock[0]))}; what was learned before is kept, and "
             "learn() goes on with a new episode"
         ) from error
+
+    def close(self) -> None:
+        """Close the environment."""
+        self.env.close()
 
     def saved(self) -> dict[str, Any]:
         """Return the environment's seeds and generator."""

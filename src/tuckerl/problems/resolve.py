@@ -77,6 +77,8 @@ def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it
     ------
     UnknownNameError
         If no environment has this id.
+    ParameterError, ParameterTypeError
+        If `bins` or `reward` are of no use to the problem, or `env` is none of these.
     SpaceError
         If its spaces cannot be numbered.
     ProblemError
@@ -86,7 +88,9 @@ def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it
     if isinstance(env, (*PROBLEMS, Maze)):
         if reading.bins is not None:
             raise ParameterError(f"bins are for environments whose observations are a Box; {env!r} has states already")
-        return env.to_mdp() if isinstance(env, Maze) else env
+        if not isinstance(env, (SteppedProblem, PlayersProblem)):  # these may have been read with it
+            _refuse_reward(reading, f"a {type(env).__name__}")
+        return _maze_table(env) if isinstance(env, Maze) else env
     if isinstance(env, str):
         problem = _read(make_environment(env), env, lambda: make_environment(env), reading)
         if isinstance(problem, (SteppedProblem, PlayersProblem)):
@@ -107,6 +111,12 @@ def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it
     )
 
 
+def _maze_table(maze: Maze) -> TabularMDP:
+    table = maze.to_mdp()
+    table.source = type(maze).__name__
+    return table
+
+
 def _name_of(env: Any) -> str:
     specification = getattr(env, "spec", None)
     return str(getattr(specification, "id", None) or type(env.unwrapped).__name__)
@@ -117,6 +127,7 @@ def _read(env: Any, source: str, make: Callable[[], Any] | None, reading: Readin
     problem = None
     try:
         if isinstance(env, gymnasium.Env):
+            _refuse_reward(reading, source)
             problem = _read_single(env, source, make, reading)
         else:
             problem = _read_parallel(env, source, make, reading)
@@ -129,10 +140,11 @@ def _read(env: Any, source: str, make: Callable[[], Any] | None, reading: Readin
 def _read_parallel(env: Any, source: str, make: Callable[[], Any] | None, reading: Reading) -> Problem:
     if reading.agents is Agents.APART:
         return PlayersProblem(env, source, make, bins=reading.bins)
-    table = _joint_table(env) if reading.lift else None
+    # The joint transitions pay the mean.
+    table = _joint_table(env) if reading.lift and reading.reward == "mean" else None
     if table is not None:
         _refuse_bins(reading, source)
-        return _limited(table, table.max_episode_steps)
+        return _limited(table, table.max_episode_steps, source)
     others = None if make is None else lambda: JointEnv(make(), reading.reward)
     return SteppedProblem(JointEnv(env, reading.reward), source, others, bins=reading.bins)
 
@@ -143,7 +155,7 @@ def _joint_table(env: Any) -> TabularMDP | None:
     while type(layer) is BaseParallelWrapper:  # a subclass may override anything; the base passes all on
         layer = layer.env
     mdp = getattr(layer, "mdp", None)
-    if isinstance(layer, BaseParallelWrapper) or not isinstance(mdp, TabularMDP):
+    if isinstance(layer, BaseParallelWrapper) or not isinstance(mdp, TabularMDP) or _is_altered(layer):
         return None
     n_agents = len(layer.possible_agents)
     if len(mdp.action_sizes) != n_agents:
@@ -162,15 +174,13 @@ def _read_single(env: GymEnvironment, source: str, make: Callable[[], Any] | Non
         return SteppedProblem(inner, source, others, bins=reading.bins, max_episode_steps=limit)
     _refuse_bins(reading, source)
     limits = [steps for steps in (limit, problem.max_episode_steps) if steps is not None]
-    return _limited(problem, min(limits, default=None))
+    return _limited(problem, min(limits, default=None), source)
 
 
-def _limited(problem: TabularMDP | Simulator, limit: int | None) -> TabularMDP | Simulator:
-    """Return the problem of an environment with its time limit, or else with ours."""
-    if limit is not None and limit == problem.max_episode_steps:
-        return problem
-    limited = problem.with_time_limit(limit or STEP_CAP)
-    limited.is_capped = limit is None
+def _limited(problem: TabularMDP | Simulator, limit: int | None, source: str) -> TabularMDP | Simulator:
+    """Return the problem of an environment with its time limit, or else with ours; it remembers its environment."""
+    limited = problem.with_time_limit(limit or STEP_CAP)  # a new one: the environment's own stays as it is
+    limited.is_capped, limited.source = limit is None, source
     return limited
 
 
@@ -184,8 +194,17 @@ def _without_transparent_wrappers(env: GymEnvironment) -> tuple[GymEnvironment, 
     return layer, min(limits, default=None)
 
 
+def _is_altered(env: Any) -> bool:
+    """Return whether a user has changed what one of this library's environments does, but perhaps not its arrays."""
+    own = any(kind.__module__.startswith("tuckerl.") for kind in type(env).__mro__)
+    methods = [getattr(env, name) for name in ("reset", "step")]
+    return own and not all(getattr(method, "__module__", "").startswith("tuckerl.") for method in methods)
+
+
 def _own_problem(env: GymEnvironment) -> TabularMDP | Simulator | None:
     """Return the transitions that an environment carries."""
+    if _is_altered(env):
+        return None
     problem = getattr(env, "mdp", None) or getattr(env, "simulator", None)
     return problem if isinstance(problem, (TabularMDP, Simulator)) else lifted_table(env)
 
@@ -193,3 +212,11 @@ def _own_problem(env: GymEnvironment) -> TabularMDP | Simulator | None:
 def _refuse_bins(reading: Reading, source: str) -> None:
     if reading.bins is not None:
         raise ParameterError(f"bins are for environments whose observations are a Box; {source} has states already")
+
+
+def _refuse_reward(reading: Reading, source: str) -> None:
+    if reading.reward != "mean":
+        raise ParameterError(
+            f"team_reward is for PettingZoo environments, whose members each have a reward; {source} has one reward: "
+            f"leave it out (tuckerl.JointEnv takes its own, as reward); got {reading.reward!r}"
+        )

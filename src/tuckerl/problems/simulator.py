@@ -1,15 +1,18 @@
 """Problems that are compiled functions instead of tables: a few numbers that move, and the table's row they fall into.
 
-Three functions of fixed signatures describe one::
+Two functions of fixed signatures describe one::
 
-    reset(parameters, state, rng)                                 put the first state into `state`
+    reset(parameters, state, rng)                                 put the first state into `state`, every entry of it
     step(parameters, state, action, rng) -> (reward, terminated)  move `state` in place
-    index(parameters, state) -> int                               the row of the Q-table, from 0 to n_states - 1
+
+and, unless the first entry of the state is the row of the Q-table, a third says which row it falls into::
+
+    index(parameters, state) -> int                               from 0 to n_states - 1
 
 `parameters` (not to be written to) and `state` are float64 arrays, `rng` is a (4,) uint64 stream for
 :func:`tuckerl.rng.uniform`. The functions are compiled: they use numbers, arrays and ``math``, and the values that
-other names have when a learner is made; what is to be changed later belongs into `parameters`. All simulators share
-the learners' compiled kernels, because kernels know the signatures and not the functions.
+other names have when a simulator's first learner is made; what is to be changed later belongs into `parameters`. All
+simulators share the learners' compiled kernels, because kernels know the signatures and not the functions.
 """
 
 import copy
@@ -45,6 +48,11 @@ _ARGUMENTS = {
 }
 
 
+def first_entry(parameters: FloatArray, state: FloatArray) -> int:
+    """Return the row of a state whose first entry is its row."""
+    return int(state[0])
+
+
 @dataclass(frozen=True)
 class Functions:
     """A simulator's three functions: plain Python, as its user wrote them."""
@@ -74,10 +82,14 @@ class Simulator:
 
     Parameters
     ----------
-    reset, step, index : functions
+    reset, step : functions
         As the module's documentation says.
-    n_states, n_actions, state_size : int
-        Rows and columns of the Q-table, and length of the state array.
+    index : function, optional
+        Default: the first entry of the state is the row.
+    n_states, n_actions : int
+        Rows and columns of the Q-table.
+    state_size : int
+        Length of the state array.
     parameters : (P,) float, optional
         Numbers that the functions read.
     max_episode_steps : int, optional
@@ -110,26 +122,24 @@ class Simulator:
     ...     if uniform(rng) >= parameters[0]:
     ...         state[0] = min(max(state[0] + (1.0 if action == 1 else -1.0), 0.0), 4.0)
     ...     return -1.0, state[0] == 4.0
-    >>> def index(parameters, state):
-    ...     return int(state[0])
-    >>> line = Simulator(reset, step, index, n_states=5, n_actions=2, state_size=1, parameters=[0.1])
+    >>> line = Simulator(reset, step, n_states=5, n_actions=2, parameters=[0.1], max_episode_steps=1000)
     """
 
     def __init__(
         self,
         reset: Reset,
         step: Step,
-        index: Index,
+        index: Index | None = None,
         *,
         n_states: int,
         n_actions: int,
-        state_size: int,
+        state_size: int = 1,
         parameters: ArrayLike = (),
         max_episode_steps: int | None = None,
         heuristic: ArrayLike | None = None,
         layout: Layout | None = None,
     ) -> None:
-        self.functions = Functions(reset, step, index)
+        self.functions = Functions(reset, step, first_entry if index is None else index)
         _check_functions(self.functions)
         self.n_states = check_int("n_states", n_states, 1)
         self.n_actions = check_int("n_actions", n_actions, 1)
@@ -140,6 +150,8 @@ class Simulator:
         self.layout = check_layout(layout, self.n_states)
 
     is_capped = False  # whether the time limit is ours, as there was none
+    source: str | None = None
+    """What the environment is called that carried it; None where there was none."""
 
     @cached_property
     def _compiled(self) -> tuple[Any, ...]:
@@ -172,6 +184,8 @@ class Simulator:
         """Return the same simulator with another limit on an episode's steps."""
         other = copy.copy(self)
         other.max_episode_steps = _check_limit(max_episode_steps)
+        if "_compiled" in vars(self):  # what is compiled knows no limit, and took longer than most of what follows
+            vars(other)["_compiled"] = self._compiled
         return other
 
     def __getstate__(self) -> dict[str, Any]:

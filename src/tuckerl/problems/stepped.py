@@ -13,11 +13,12 @@ import gymnasium
 import numpy as np
 
 from tuckerl._jit import python_callback
+from tuckerl.errors import ProblemError
 from tuckerl.interrupts import is_impatient
 from tuckerl.problems.coding import Coding, coding, coding_of_edges
 from tuckerl.problems.joint import JointEnv
 from tuckerl.problems.making import GymEnvironment
-from tuckerl.problems.masks import MaskReader
+from tuckerl.problems.masks import MASK, MASK_IS_LATE, MaskReader
 from tuckerl.problems.mdp import Layout
 from tuckerl.problems.python_world import LATE, STEP_CAP, Environments, PythonWorld
 from tuckerl.types import BoolArray, FloatArray, IntArray
@@ -40,6 +41,7 @@ class SteppedArrays(NamedTuple):
     truncated: BoolArray  # (1,) whether the environment ended the episode by itself without an end of the return
     status: IntArray  # (1,) 0, or below 0 where the kernel must return
     clock: FloatArray  # (1,) steps in this episode
+    n_states: int
     max_episode_steps: int
 
 
@@ -95,6 +97,7 @@ class SteppedProblem:
         joint = env.unwrapped if isinstance(env.unwrapped, JointEnv) else None
         self.members: tuple[Any, ...] = tuple(joint.possible_agents) if joint else ()
         """The agents of whose observations and actions those of a joint environment are made."""
+        self.member_readers = tuple(joint.readers.values()) if joint else ()
         parts: Any = joint.action_space if joint else (env.action_space,)
         self.action_sizes = tuple(coding(part, what="action").n for part in parts)
         self.max_episode_steps = max_episode_steps or STEP_CAP
@@ -145,6 +148,7 @@ class SteppedWorld(PythonWorld):
             truncated=np.zeros(1, dtype=np.bool_),
             status=np.zeros(1, dtype=np.int64),
             clock=np.zeros(1),
+            n_states=problem.n_states,
             max_episode_steps=problem.max_episode_steps,
         )
         shape = (problem.n_states, problem.n_actions) if problem.has_masks else (0, 0)
@@ -169,6 +173,8 @@ class SteppedWorld(PythonWorld):
                     state = encode(observation)
                     self._note_mask(state, mask)
                 else:
+                    if info and info.get(MASK) is not None:
+                        raise ProblemError(MASK_IS_LATE)
                     state = encode(observation)
                 return state << 2 | (1 if terminated else 0) | (2 if truncated else 0)
             except BaseException as error:  # noqa: BLE001  # raised again when the kernel has returned
@@ -189,6 +195,8 @@ class SteppedWorld(PythonWorld):
     def _note_mask(self, state: int, mask: BoolArray | None) -> None:
         if self.problem.has_masks:
             self.forbidden[0][state] = False if mask is None else ~mask
+        elif mask is not None:
+            raise ProblemError(MASK_IS_LATE)
 
 
 class _Decoded:

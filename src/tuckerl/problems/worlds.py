@@ -33,6 +33,9 @@ class World:
     def check(self) -> None:
         """Raise what a kernel could not, and forget it: the next episode begins anew."""
 
+    def close(self) -> None:
+        """Let go of what the world holds; nothing is played in it any more."""
+
     def saved(self) -> dict[str, Any]:
         """Return as JSON what must be known to go on between two episodes."""
         return {}

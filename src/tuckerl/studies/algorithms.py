@@ -7,7 +7,7 @@ from inspect import Parameter, signature
 from typing import Any, NamedTuple
 
 from tuckerl.checks import check_name
-from tuckerl.errors import ParameterError, ParameterTypeError
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.dyna_h import DynaH
 from tuckerl.learners.learner import Learner
@@ -16,6 +16,7 @@ from tuckerl.learners.q_learning import QLearning
 from tuckerl.learners.sarsa import Sarsa
 from tuckerl.learners.sarsa_lambda import SarsaLambda
 from tuckerl.learners.team_q import TeamQ
+from tuckerl.studies.environments import has_several_agents
 
 
 class Algorithm(NamedTuple):
@@ -104,6 +105,21 @@ def check_setting(algorithms: tuple[Algorithm, ...], name: str) -> None:
     raise ParameterTypeError(f"{who} has no parameter {name!r}: {hint}")
 
 
+def check_plays(algorithm: Algorithm, environment: str) -> None:
+    """Refuse a team's algorithm for an environment of one agent, which must exist.
+
+    Raises
+    ------
+    ProblemError
+        If that is so.
+    """
+    if algorithm.plays_teams and not has_several_agents(environment):
+        raise ProblemError(
+            f"{algorithm.name} plays the joint actions of several agents, and {environment} has one agent: "
+            "q-learning or sarsa-lambda can play it"
+        )
+
+
 def split_settings(algorithm: Algorithm, settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what of the settings is the learner's, and what its tensor step's.
 
@@ -118,18 +134,27 @@ def split_settings(algorithm: Algorithm, settings: Mapping[str, Any]) -> tuple[d
     return {name: value for name, value in settings.items() if name not in step}, step
 
 
+def default_ranks(n_states: int, n_actions: int) -> tuple[int, int, int, int]:
+    """Return ranks where none are given.
+
+    They are ours: the paper gives ranks for its three problems only. Ten actions of more than ten and one less than
+    there are otherwise is what it has for each of these.
+    """
+    return (min(15, n_states), min(10, max(1, n_actions - 1)), 9, 1)
+
+
 def tensor_step(algorithm: Algorithm, sizes: tuple[int, int], settings: Mapping[str, Any]) -> TensorStep:
     """Return a T-version's step: what is not set is the paper's, and the ranks follow from the sizes (S, A).
-
-    The ranks are ours: the paper gives them for its three problems only. Ten actions of more than ten and one less than
-    there are otherwise is what it has for each of these.
 
     Raises
     ------
     ParameterError, ParameterTypeError, UnknownNameError
         If a parameter is out of its range, of the wrong type or not a known name.
     """
-    n_states, n_actions = sizes
-    ranks = (min(15, n_states), min(10, max(1, n_actions - 1)), 9, 1)
-    chosen: dict[str, Any] = {"every": 10, "ranks": ranks, "weights": "paper", "share": algorithm.share or "none"}
+    chosen: dict[str, Any] = {
+        "every": 10,
+        "ranks": default_ranks(*sizes),
+        "weights": "paper",
+        "share": algorithm.share or "none",
+    }
     return TensorStep(**chosen | dict(settings))

@@ -10,17 +10,18 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from tuckerl.checks import check_int, check_name
-from tuckerl.errors import ParameterError, ProblemError, UnknownNameError
+from tuckerl.errors import ParameterError, UnknownNameError
 from tuckerl.problems.making import make_environment
 from tuckerl.studies.algorithms import (
     Algorithm,
+    check_plays,
     check_setting,
     named_algorithm,
     parameters_of,
     split_settings,
     tensor_step,
 )
-from tuckerl.studies.environments import environment_specification, has_several_agents, maker
+from tuckerl.studies.environments import bins_named, environment_specification, maker
 from tuckerl.studies.study import INVENTED, Assumption, Comparison, Family, Scenario, Study, Variant, variant
 
 N_RUNS, N_EPISODES = 50, 500
@@ -128,6 +129,7 @@ _RANKS = Assumption(
 class _Side(NamedTuple):
     variant: Variant
     family: Family
+    n_tables: int
     has_default_ranks: bool
 
 
@@ -171,22 +173,19 @@ def _settings_of_sides(
 
 
 def _side(request: Request, algorithm: Algorithm, settings: Mapping[str, Any], problem: partial[Any]) -> _Side:
-    if algorithm.plays_teams and not has_several_agents(request.environment):
-        raise ProblemError(
-            f"{algorithm.name} plays the joint actions of several agents, and {request.environment} has one agent: "
-            "q-learning or sarsa-lambda can play it"
-        )
+    check_plays(algorithm, request.environment)
     parameters, of_step = split_settings(algorithm, settings)
     n_agents = (request.n_agents or 1) if algorithm.is_t_version else 1
-    learner = algorithm.learner(problem(0), **parameters, n_agents=n_agents)
+    with bins_named():
+        learner = algorithm.learner(problem(0), **parameters, n_agents=n_agents)
     sizes = (learner.problem.n_states, learner.problem.n_actions)
     step = tensor_step(algorithm, sizes, of_step)
     family = Family(request.base, request.candidate, algorithm.learner, parameters, step, sizes[1])
     if not algorithm.is_t_version:
-        return _Side(Variant(algorithm.name, algorithm.learner, parameters, 1, None), family, False)
+        return _Side(Variant(algorithm.name, algorithm.learner, parameters, 1, None), family, learner.n_tables, False)
     name = f"{algorithm.name}-{n_agents}" + ("" if step.share == algorithm.share else f"-{step.share}")
     made = Variant(name, algorithm.learner, parameters, n_agents, step)
-    return _Side(made, family, "ranks" not in of_step)
+    return _Side(made, family, learner.n_tables, "ranks" not in of_step)
 
 
 def _told_apart(base: Variant, candidate: Variant) -> tuple[Variant, Variant]:
@@ -209,7 +208,7 @@ def _control(base: _Side, candidate: _Side) -> tuple[Variant | None, str]:
     if step.weights == "constant":
         return None, f"the weights of {side.variant.name} are constant: it is its own control"
     n_agents = side.variant.n_agents
-    shared = f"-{step.share}" if n_agents > 1 and step.share != "none" else ""
+    shared = f"-{step.share}" if side.n_tables > 1 and step.share != "none" else ""
     return variant(side.family, f"constant-{n_agents}{shared}"), ""
 
 

@@ -3,7 +3,8 @@
 import hashlib
 import re
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
 from importlib.metadata import version
@@ -14,13 +15,40 @@ import gymnasium
 import pettingzoo
 from gymnasium import spaces
 
+from tuckerl.errors import ProblemError, SpaceError
 from tuckerl.problems import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
 from tuckerl.problems.making import Made, make_environment
+from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.resolve import Agents, Problem, Reading, as_problem
+from tuckerl.problems.simulator import Simulator
 
 
 def maker(instance: int, name: str, keywords: Mapping[str, Any]) -> Callable[[], Made]:
     """Return what makes the environment: the problem of every instance, which other processes can be sent."""
     return partial(make_environment, name, keywords)
+
+
+_BINS = (
+    "in a command, --set bins=20, or a number or edges for each dimension, such as --set bins='[20,[-1,0,1]]', and in "
+    "train also --quantile-bins 20"
+)
+
+
+@contextmanager
+def bins_named() -> Iterator[None]:
+    """Say how a command is given the bins that an environment lacks.
+
+    Raises
+    ------
+    SpaceError
+        As the block does, with that added where it is about bins.
+    """
+    try:
+        yield
+    except SpaceError as error:
+        if "bins" not in str(error):
+            raise
+        raise SpaceError(f"{error}; {_BINS}") from error
 
 
 def has_several_agents(name: str) -> bool:
@@ -48,19 +76,33 @@ class Listed(NamedTuple):
     title: str
 
 
-_LIFTED = "lifted: its table, compiled"
-_COMPILED = "compiled"
-_STEPPED = "stepped in Python"
-_BINNED = "stepped in Python, its observations put into bins"
+LIFTED, COMPILED, STEPPED = "lifted", "compiled", "stepped"
+"""How problems are played: a table in compiled code, a simulator there, an environment by Python."""
+
+_HOW = {LIFTED: "lifted: its table, compiled", COMPILED: "compiled", STEPPED: "stepped in Python"}
+_BINNED = f"{_HOW[STEPPED]}, its observations put into bins"
+_TEAM = "{}, for a team (team-q, team-tq); {}, where each agent learns by itself"
+
+
+def how_played(problem: Problem) -> str:
+    """Return how a problem is played: LIFTED, COMPILED or STEPPED."""
+    return LIFTED if isinstance(problem, TabularMDP) else COMPILED if isinstance(problem, Simulator) else STEPPED
+
+
+def _words(problem: Problem) -> str:
+    return _HOW[how_played(problem)]
 
 
 def listed_environments() -> list[Listed]:
-    """Return this library's environments, and those of Gymnasium that need nothing else installed."""
-    own = [Listed(name, _COMPILED, _title(entry)) for name, entry in ENVIRONMENTS.items()]
-    teams = [
-        Listed(name, f"{_COMPILED}; several agents", _title(entry)) for name, entry in PARALLEL_ENVIRONMENTS.items()
-    ]
+    """Return this library's environments, and those of Gymnasium that can be played with what is installed."""
+    own = [Listed(name, _words(as_problem(name)), _title(entry)) for name, entry in ENVIRONMENTS.items()]
+    teams = [Listed(name, _how_teams(name), _title(entry)) for name, entry in PARALLEL_ENVIRONMENTS.items()]
     return [*own, *teams, *(one for name in _light_ids() if (one := _of_gymnasium(name)))]
+
+
+def _how_teams(name: str) -> str:
+    together, apart = (_words(as_problem(name, Reading(agents))) for agents in (Agents.TEAM, Agents.APART))
+    return _TEAM.format(together, apart)
 
 
 def _light_ids() -> list[str]:
@@ -77,19 +119,19 @@ def _light_ids() -> list[str]:
 
 
 def _of_gymnasium(name: str) -> Listed | None:
-    """Return how an environment is played, or None where its actions are continuous."""
-    env = gymnasium.make(name, disable_env_checker=True)
+    """Return how an environment is played; None where it cannot be made, or has continuous actions."""
+    try:
+        env: Any = make_environment(name)
+    except ProblemError:  # it needs what is not installed
+        return None
     try:
         if isinstance(env.action_space, spaces.Box):
             return None
-        how = _STEPPED
         if isinstance(env.observation_space, spaces.Box):
-            how = _BINNED
-        elif isinstance(getattr(env.unwrapped, "P", None), dict):
-            how = _LIFTED
-        return Listed(name, how, "Gymnasium")
+            return Listed(name, _BINNED, "Gymnasium")
     finally:
         env.close()
+    return Listed(name, _words(as_problem(name)), "Gymnasium")
 
 
 def _title(entry: Mapping[str, object]) -> str:

@@ -115,7 +115,7 @@ class Store:
             there = json.loads(path.read_bytes())
         except (OSError, ValueError):
             return "its study.json cannot be read"
-        return next(_differences(there, self._specification, ""), None)
+        return next(differences(there, self._specification, ""), None)
 
     def _read(self) -> Tables:
         frames: dict[str, pl.DataFrame] = {}
@@ -161,12 +161,13 @@ def _specification(study: Study) -> dict[str, Any]:
     return normal
 
 
-def _differences(there: Any, here: Any, place: str) -> Iterator[str]:
+def differences(there: Any, here: Any, place: str) -> Iterator[str]:
+    """Give in words what differs between two values of JSON, `place` being where they stand."""
     if isinstance(there, dict) and isinstance(here, dict):
         for name in [*here, *(n for n in there if n not in here)]:
             inside = f"{place}.{name}" if place else name
             if name in there and name in here:
-                yield from _differences(there[name], here[name], inside)
+                yield from differences(there[name], here[name], inside)
             else:
                 yield f"{inside} is {'there and not in' if name in there else 'not there and in'} this one"
     elif there != here:

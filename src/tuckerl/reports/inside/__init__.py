@@ -4,7 +4,8 @@ To add a figure, write its file with a :class:`~tuckerl.reports.inside.view.View
 """
 
 from tuckerl.reports.inside.content import Inside, Loadings
+from tuckerl.reports.inside.learner import inside_of_learner
 from tuckerl.reports.inside.page import pictures_inside, write_inside
 from tuckerl.reports.inside.tensor import inside_of_tensor
 
-__all__ = ["Inside", "Loadings", "inside_of_tensor", "pictures_inside", "write_inside"]
+__all__ = ["Inside", "Loadings", "inside_of_learner", "inside_of_tensor", "pictures_inside", "write_inside"]

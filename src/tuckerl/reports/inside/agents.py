@@ -38,10 +38,10 @@ class Differences(NamedTuple):
 
 def differences(inside: Inside) -> Differences:
     """Compare the agents' tables."""
-    best = np.where(inside.walls, NO_PREFERENCE, greedy(inside.q))
+    best = np.where(inside.walls, NO_PREFERENCE, greedy(inside.q, inside.masked))
     prefers = best != NO_PREFERENCE
     others = np.where(prefers[0], ((best != best[0]) & prefers).sum(axis=0), np.nan)
-    known = np.where(prefers, values(inside.q), np.nan)
+    known = np.where(prefers, values(inside.q, inside.masked), np.nan)
     several = prefers.sum(axis=0) > 1
     spread = np.full(inside.n_states, np.nan)
     spread[several] = np.nanmax(known[:, several], axis=0) - np.nanmin(known[:, several], axis=0)
@@ -127,7 +127,7 @@ def _draw_matrix(inside: Inside) -> Figure:
 
 def _pairs(inside: Inside) -> list[str]:
     """Return for each agent but the first in how many states its greedy action is another than agent 0's."""
-    best: IntArray = np.where(inside.walls, NO_PREFERENCE, greedy(inside.q))
+    best: IntArray = np.where(inside.walls, NO_PREFERENCE, greedy(inside.q, inside.masked))
     words = []
     for agent in range(1, min(inside.n_agents, _LISTED + 1)):
         both = (best[0] != NO_PREFERENCE) & (best[agent] != NO_PREFERENCE)

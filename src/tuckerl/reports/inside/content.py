@@ -45,6 +45,7 @@ class Inside(NamedTuple):
     loadings: Loadings | None  # of the latest window
     steps: IntArray  # (episodes, N)
     returns: FloatArray  # (episodes, N)
+    forbidden: BoolArray | None = None  # (N, S, A) where an action may not be taken; None where all may
 
     @property
     def n_agents(self) -> int:
@@ -66,6 +67,11 @@ class Inside(NamedTuple):
         """Where nobody can stand, (S,)."""
         return np.zeros(self.n_states, dtype=np.bool_) if self.blocked is None else self.blocked
 
+    @property
+    def masked(self) -> BoolArray:
+        """Where an action may not be taken, (N, S, A); not to be changed."""
+        return np.broadcast_to(np.False_, self.q.shape) if self.forbidden is None else self.forbidden
+
 
 def check_inside(inside: Inside) -> None:
     """Raise an error if the parts do not belong together.
@@ -81,6 +87,7 @@ def check_inside(inside: Inside) -> None:
     check_layout(inside.layout, n_states)
     wanted = {
         "blocked": (inside.walls.shape, (n_states,)),
+        "forbidden": (inside.masked.shape, inside.q.shape),
         "action_names": ((len(inside.action_names),), (n_actions,)),
         "history.weights": (inside.history.weights.shape, (inside.history.episode.size, n_actions)),
         "steps": (inside.steps.shape[1:], (n_agents,)),

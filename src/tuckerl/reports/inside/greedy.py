@@ -46,32 +46,36 @@ def direction(name: str) -> tuple[int, int] | None:
     return sum(vertical), sum(horizontal)
 
 
-def greedy(q: FloatArray) -> IntArray:
+def greedy(q: FloatArray, forbidden: BoolArray | np.bool_ = np.False_) -> IntArray:
     """Return the greedy action of each row of a (..., S, A) table, the lowest of equals.
 
     A row whose values are all equal, or not all finite, has NO_PREFERENCE. Where there is one action only, a row
-    prefers it as soon as it is not zero.
+    prefers it as soon as it is not zero. Actions that are forbidden in a row count as if they were not there.
     """
-    known = np.where(np.isfinite(q).all(axis=-1, keepdims=True), q, 0.0)
-    prefers = known[..., 0] != 0 if q.shape[-1] == 1 else known.max(axis=-1) > known.min(axis=-1)
-    return np.where(prefers, known.argmax(axis=-1), NO_PREFERENCE)
+    masked = np.broadcast_to(forbidden, q.shape)
+    finite = (np.isfinite(q) | masked).all(axis=-1, keepdims=True)
+    high = np.where(masked, -np.inf, np.where(finite, q, 0.0))
+    best, only_one = high.max(axis=-1), masked.sum(axis=-1) == q.shape[-1] - 1
+    prefers = np.where(only_one, best != 0, best > np.where(masked, np.inf, high).min(axis=-1))
+    return np.where(prefers & np.isfinite(best), high.argmax(axis=-1), NO_PREFERENCE)
 
 
-def values(q: FloatArray) -> FloatArray:
+def values(q: FloatArray, forbidden: BoolArray | np.bool_ = np.False_) -> FloatArray:
     """Return the largest value of each row of a (..., S, A) table, NaN where the row prefers nothing."""
-    return np.where(greedy(q) == NO_PREFERENCE, np.nan, q.max(axis=-1))
+    return np.where(greedy(q, forbidden) == NO_PREFERENCE, np.nan, np.where(forbidden, -np.inf, q).max(axis=-1))
 
 
-def shares_first_place(q: FloatArray) -> BoolArray:
+def shares_first_place(q: FloatArray, forbidden: BoolArray | np.bool_ = np.False_) -> BoolArray:
     """Return in which rows several actions, but not all, are equally best: (..., S)."""
-    several = np.count_nonzero(q == q.max(axis=-1, keepdims=True), axis=-1) > 1
-    torn: BoolArray = np.logical_and(several, greedy(q) != NO_PREFERENCE)
+    allowed = np.where(forbidden, -np.inf, q)
+    several = np.count_nonzero(allowed == allowed.max(axis=-1, keepdims=True), axis=-1) > 1
+    torn: BoolArray = np.logical_and(several, greedy(q, forbidden) != NO_PREFERENCE)
     return torn
 
 
-def arrow_field(q: FloatArray, action_names: Sequence[str]) -> ArrowField:
+def arrow_field(q: FloatArray, action_names: Sequence[str], forbidden: BoolArray | np.bool_ = np.False_) -> ArrowField:
     """Return where the greedy policy of an (S, A) table leads; an action without a direction has the arrow (0, 0)."""
-    action = greedy(q)
+    action = greedy(q, forbidden)
     ways = np.array([direction(name) or (0, 0) for name in action_names], dtype=np.int64)
     arrows = np.where(action[:, np.newaxis] == NO_PREFERENCE, 0, ways[action])
     return ArrowField(action, arrows[:, 0], arrows[:, 1])

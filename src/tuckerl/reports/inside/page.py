@@ -33,7 +33,7 @@ def pictures_inside(inside: Inside) -> "list[Shown]":
             view.title,
             view.caption(inside),
             view.alt(inside),
-            render(lambda view=view: view.draw(inside)),  # type: ignore[misc]
+            render(lambda view=view: view.draw(inside)),  # type: ignore[misc]  # its type is view's
         )
         for view in VIEWS
         if view.shows(inside)

@@ -41,7 +41,7 @@ def _draw_table(inside: Inside) -> Figure:
     image = axes.imshow(
         np.ma.masked_invalid(q), cmap=sequential(), norm=norm, interpolation="none", aspect="auto", origin="upper"
     )
-    best = greedy(q)
+    best = greedy(q, inside.masked[0])
     states = np.flatnonzero(best != NO_PREFERENCE)
     axes.plot(best[states], states, linestyle="none", marker="o", markersize=5, color=BLACK, markeredgecolor="white")
     axes.set_xlim(-0.5, n_actions - 0.5)
@@ -66,7 +66,7 @@ def _draw_profile(inside: Inside) -> Figure:
     gap = 0.6 + 0.07 * min(longest, 20)
     left_width = 0.55 * (WIDTH - 0.62 - gap - 0.2)
     curve = figure.add_axes((0.62 / WIDTH, 0.48 / height, left_width / WIDTH, high / height))
-    _draw_values(curve, values(inside.q))
+    _draw_values(curve, values(inside.q, inside.masked))
     left = 0.62 + left_width + gap
     bars = figure.add_axes((left / WIDTH, 0.48 / height, (WIDTH - left - 0.2) / WIDTH, high / height))
     _draw_counts(bars, _counts(inside)[shown], [inside.action_names[action] for action in shown])
@@ -80,7 +80,7 @@ def shown_actions(inside: Inside) -> IntArray:
 
 
 def _counts(inside: Inside) -> IntArray:
-    best = greedy(inside.q[0])
+    best = greedy(inside.q[0], inside.masked[0])
     return np.bincount(best[best != NO_PREFERENCE], minlength=inside.n_actions)
 
 
@@ -132,7 +132,7 @@ def plain_caption(inside: Inside) -> str:
 
 def plain_alt(inside: Inside) -> str:
     """Return the highest value and the commonest greedy actions."""
-    counts, known = _counts(inside), values(inside.q[0])
+    counts, known = _counts(inside), values(inside.q[0], inside.masked[0])
     kind = "A table of values" if inside.n_states <= TABLE_STATES else "A falling curve of values and bars of actions"
     if not counts.any():
         return f"{kind}; no state prefers an action."

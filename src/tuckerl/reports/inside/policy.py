@@ -43,16 +43,16 @@ _DARK = 0.45  # of lightness: arrows are white on what is darker
 
 def draw_policy(inside: Inside) -> Figure:
     """Draw agent 0's state values as colours and its greedy actions as arrows."""
-    layout, q = _layout(inside), inside.q[0]
+    layout, q, masked = _layout(inside), inside.q[0], inside.masked[0]
     figure, axes, room = grid_figure(layout)
-    shown = np.where(inside.walls, np.nan, values(q))
+    shown = np.where(inside.walls, np.nan, values(q, masked))
     norm = scale(shown)
     colours = draw_cells(axes, shown, layout, inside.walls, norm, room)
     label_cells(axes)
     dark = (
         np.asarray(colours.to_rgba(np.nan_to_num(shown, nan=norm.vmax or 0.0)))[:, :3] @ (0.299, 0.587, 0.114) < _DARK
     )
-    field = arrow_field(q, inside.action_names)
+    field = arrow_field(q, inside.action_names, masked)
     drawn = _drawn(inside, room)
     _draw_arrows(axes, field, drawn, dark, room)
     marks = _draw_marks(axes, inside, field.action, drawn, room)
@@ -144,15 +144,16 @@ def _undirected(inside: Inside) -> list[int]:
 
 def policy_words(inside: Inside) -> list[str]:
     """Return in how many states agent 0 prefers something, what its values are, and in how many it is torn."""
-    q = inside.q[0][~inside.walls]
-    preferred = int((greedy(q) != NO_PREFERENCE).sum())
-    infinite = int((~np.isfinite(q).all(axis=1)).sum())
+    q, masked = inside.q[0][~inside.walls], inside.masked[0][~inside.walls]
+    best, known = greedy(q, masked), values(q, masked)
+    preferred = int((best != NO_PREFERENCE).sum())
+    infinite = int((~(np.isfinite(q) | masked).all(axis=1)).sum())
     words = [f"Agent 0 prefers an action in {preferred:,} of {counted(len(q), 'state')}"]
     if preferred:
-        words[0] += f"; their values are {span(values(q)[greedy(q) != NO_PREFERENCE])}"
+        words[0] += f"; their values are {span(known[best != NO_PREFERENCE])}"
     if preferred < len(q):
         words.append("Where all actions are worth the same, as where nobody has been, it has no preference")
-    torn = int(shares_first_place(q).sum())
+    torn = int(shares_first_place(q, masked).sum())
     if torn:
         words.append(
             f"In {counted(torn, 'state')} several but not all actions are equally good; the lowest numbered is shown"
@@ -183,15 +184,16 @@ _ORDINALS = {2: "second", 3: "third"}
 
 def _alt(inside: Inside) -> str:
     rows, columns = _layout(inside)
-    q = inside.q[0]
-    counts = np.bincount(greedy(q)[(greedy(q) != NO_PREFERENCE) & ~inside.walls], minlength=inside.n_actions)
+    q, masked = inside.q[0], inside.masked[0]
+    best = greedy(q, masked)
+    counts = np.bincount(best[(best != NO_PREFERENCE) & ~inside.walls], minlength=inside.n_actions)
     most = np.argsort(-counts, kind="stable")[:4]
     chosen = joined(f"{inside.action_names[a]} in {counts[a]:,}" for a in most if counts[a])
     text = f"A grid of {rows} rows and {columns} columns coloured by state value"
-    known = np.where(inside.walls, np.nan, values(q))
+    known = np.where(inside.walls, np.nan, values(q, masked))
     if np.isfinite(known).any():
-        best = int(np.nanargmax(known))
-        text += f", the highest in {where(best, inside.layout)}, with an arrow for the greedy action: {chosen} cells"
+        highest = int(np.nanargmax(known))
+        text += f", the highest in {where(highest, inside.layout)}, with an arrow for the greedy action: {chosen} cells"
     return f"{text}. {int(inside.walls.sum()):,} cells are blocked."
 
 

@@ -1,0 +1,35 @@
+"""``tuckerl evaluate``: greedy episodes with a saved agent, apart from learning."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def evaluate(
+    file: Annotated[Path, typer.Argument(help="A saved agent, such as agent.tuckerl.")],
+    episodes: Annotated[int, typer.Option(help="How many.")] = 100,
+    seed: Annotated[int | None, typer.Option(help="Decides the episodes. Default: the agent's own.")] = None,
+    env: Annotated[
+        str | None, typer.Option(help="What it learned on, where the file and run.json beside it do not say.")
+    ] = None,
+    env_settings: Annotated[
+        list[str] | None,
+        typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
+    ] = None,
+) -> None:
+    """Play greedy episodes with a saved agent; print their mean return with its interval."""
+    # Imported here, so that --help is quick.
+    from tuckerl.cli.settings import parse_settings, search_here
+    from tuckerl.cli.warned import warnings_told
+    from tuckerl.reports.inside.learner import name_of
+    from tuckerl.reports.training_words import evaluation_lines
+    from tuckerl.studies.training import loaded
+
+    search_here(env or "")
+    with warnings_told():
+        learner = loaded(file, env, parse_settings(env_settings or (), "--env-set"))
+        evaluation = learner.evaluate(episodes, seed=seed)
+    typer.echo(f"{name_of(learner)}, after {learner.episodes:,} episodes")
+    for line in evaluation_lines(evaluation):
+        typer.echo(line)

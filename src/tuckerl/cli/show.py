@@ -1,0 +1,46 @@
+"""``tuckerl show``: what is in a saved agent, or in a tensor of Q-tables."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def show(
+    file: Annotated[Path, typer.Argument(help="A saved agent, or a (state, action, episode, agent) .npy or .npz.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for the page. Default: one in results/show.")] = None,
+    layout: Annotated[
+        str | None, typer.Option(metavar="ROWS,COLUMNS", help="The grid whose cells are the states, row by row.")
+    ] = None,
+    ranks: Annotated[
+        str | None, typer.Option(metavar="A,B,C,D", help="Ranks to decompose a tensor with. An agent has its own.")
+    ] = None,
+    env: Annotated[
+        str | None, typer.Option(help="What an agent learned on, where the file and run.json do not say.")
+    ] = None,
+    env_settings: Annotated[
+        list[str] | None,
+        typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
+    ] = None,
+) -> None:
+    """Look inside: write inside.html and figures of the policy, the values, the loadings and the windows."""
+    # Imported here, so that --help is quick.
+    from tuckerl.cli.settings import parse_numbers, parse_settings, search_here
+    from tuckerl.cli.warned import warnings_told
+    from tuckerl.reports.inside.file import Asked, inside_of_file
+    from tuckerl.reports.inside.page import write_inside
+
+    search_here(env or "")
+    asked = Asked(
+        None if layout is None else parse_numbers(layout, "--layout", 2),
+        None if ranks is None else parse_numbers(ranks, "--ranks", 4),
+        env,
+        parse_settings(env_settings or (), "--env-set"),
+    )
+    with warnings_told():
+        inside, lines = inside_of_file(file, asked)
+    name = file.resolve().parent.name if file.name == "agent.tuckerl" else file.stem
+    page = write_inside(inside, out or Path("results") / "show" / name)
+    for line in lines:
+        typer.echo(line)
+    typer.echo(f"Page: {page}")

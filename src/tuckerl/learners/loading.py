@@ -1,0 +1,63 @@
+"""Loading a saved learner without knowing which one it is."""
+
+from os import PathLike
+from pathlib import Path
+
+from tuckerl.errors import SavedFileError
+from tuckerl.generalization.step import TensorStep
+from tuckerl.learners import saved
+from tuckerl.learners.dyna_h import DynaH
+from tuckerl.learners.learner import Learner
+from tuckerl.learners.q_learning import QLearning
+from tuckerl.learners.sarsa import Sarsa
+from tuckerl.learners.sarsa_lambda import SarsaLambda
+from tuckerl.learners.team_q import TeamQ
+from tuckerl.problems.resolve import Environment
+
+OWN: tuple[type[Learner], ...] = (QLearning, Sarsa, SarsaLambda, DynaH, TeamQ)
+"""This library's learners."""
+
+
+def load(
+    path: str | PathLike[str], *, env: Environment | None = None, tensor_step: TensorStep | None = None
+) -> Learner:
+    """Return the learner that any learner's `save` wrote: this library's, or a subclass that has been imported.
+
+    Parameters
+    ----------
+    path
+    env, tensor_step
+        What no file holds; see :meth:`tuckerl.learners.learner.Learner.load`.
+
+    Raises
+    ------
+    SavedFileError
+        If the file is truncated, damaged, of another kind, of a newer version, or holds an unknown learner.
+    ParameterError
+        If `env` or `tensor_step` is not the one that it was saved with.
+    FileNotFoundError
+        If there is none.
+
+    Examples
+    --------
+    >>> import tuckerl
+    >>> tuckerl.Sarsa("FrozenLake-v1", seed=0).learn(episodes=10).save("agent.tuckerl")
+    >>> type(tuckerl.load("agent.tuckerl")).__name__
+    'Sarsa'
+    """
+    held, _ = saved.read(Path(path))
+    known = {kind.__name__: kind for kind in (*_subclasses(), *OWN)}  # ours go before others of the same name
+    if held["learner"] not in known:
+        raise SavedFileError(
+            f"{path} holds a {held['learner']}, which is none of {', '.join(kind.__name__ for kind in OWN)}: import "
+            "the module that defines it first"
+        )
+    return known[held["learner"]].load(path, env=env, tensor_step=tensor_step)
+
+
+def _subclasses() -> list[type[Learner]]:
+    """Return all learners whose modules have been imported."""
+    found = list(Learner.__subclasses__())
+    for kind in found:  # it grows meanwhile
+        found.extend(kind.__subclasses__())
+    return found

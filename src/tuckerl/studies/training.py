@@ -1,0 +1,305 @@
+"""One learner trained into a folder: the work behind ``tuckerl train``.
+
+``run.json`` says what was asked for, ``agent.tuckerl`` is the learner as it was saved last, ``history.parquet`` holds
+the steps and returns of its episodes. A folder whose learner is not finished is gone on with, to the same bits as if
+it had never stopped.
+"""
+
+import io
+import json
+import math
+import platform
+import time
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tuckerl._version import __version__
+from tuckerl.checks import check_int
+from tuckerl.errors import EnvironmentFaultError, OutputConflictError, OutputError, ParameterError, UnknownNameError
+from tuckerl.files import write_whole
+from tuckerl.learners.callbacks import Callback
+from tuckerl.learners.evaluation import Evaluation
+from tuckerl.learners.learner import Learner
+from tuckerl.learners.loading import load
+from tuckerl.learners.schedules import as_json
+from tuckerl.problems.making import make_environment
+from tuckerl.problems.resolve import Environment
+from tuckerl.studies.environments import LIFTED, how_played
+from tuckerl.studies.order import Order, asked, checked, environment_of, made
+from tuckerl.studies.store import differences
+
+AGENT, HISTORY, RUN = "agent.tuckerl", "history.parquet", "run.json"
+
+_DECIDES = ("format", "algorithm", "environment", "settings", "quantile_bins", "agents", "seed")
+"""What of ``run.json`` must be equal for the learner to be the same; versions are only told."""
+_GOALS = ("episodes", "steps")
+
+
+class Outcome(NamedTuple):
+    """What came of a training."""
+
+    episodes: int
+    steps: int  # of all agents in all episodes
+    rate: float  # steps per second, of all agents in this process; NaN where there were too few to say
+    n_last: int  # episodes: the last tenth of all
+    last_return: float  # their mean return; NaN without any
+    evaluation: Evaluation | None
+
+
+class Training:
+    """A learner and its folder.
+
+    Parameters
+    ----------
+    order : Order
+    folder : Path
+        Made if it is missing.
+    resume : bool
+        Whether to go on to other numbers of episodes or steps than the folder's.
+    overwrite : bool
+        Whether to begin anew, whatever the folder holds.
+
+    Attributes
+    ----------
+    learner : Learner
+    is_finished : bool
+        Whether there is nothing left to learn.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such algorithm or environment.
+    ParameterError, ParameterTypeError
+        If a setting or number is impossible, or there is nothing to resume.
+    ProblemError
+        If the environment cannot be made, or the algorithm cannot play it.
+    OutputConflictError
+        If the folder holds another agent.
+    SavedFileError
+        If its agent cannot be read.
+    """
+
+    def __init__(self, order: Order, folder: Path, *, resume: bool = False, overwrite: bool = False) -> None:
+        order = checked(order)
+        if resume and overwrite:
+            raise ParameterError("give --resume to go on or --overwrite to begin anew, not both")
+        self.order, self.folder = order, folder
+        self._environment = environment_of(order.environment, order.keywords)
+        self._asked = asked(order)
+        held = None if overwrite else self._held(resume)
+        if resume and held is None:
+            raise ParameterError(f"{folder} holds no agent to go on with: leave --resume out")
+        path = folder / AGENT
+        if held is None or not path.exists():
+            self.learner = made(order, self._environment)
+        else:
+            self.learner = load(path, env=None if held["played"] == LIFTED else self._environment)
+            self._check_goal()
+        same_goal = held is not None and held["goal"] == self._asked["goal"]
+        self.is_finished = bool(same_goal and held is not None and held["finished"])
+        self._clock = _Clock()
+        if not self.is_finished:
+            self._begin(anew=held is None)
+
+    @property
+    def agent_file(self) -> Path:
+        """Where the learner is saved."""
+        return self.folder / AGENT
+
+    def learn(self, *, checkpoint: int | None = None, progress: bool = False) -> None:
+        """Learn what is left, and save; also what was learned before an error or Ctrl-C.
+
+        Parameters
+        ----------
+        checkpoint : int, optional
+            Save after every so many episodes, too.
+        progress : bool
+            Whether to show a progress bar on a terminal.
+
+        Raises
+        ------
+        ParameterError, ParameterTypeError
+            If `checkpoint` is not a whole number of at least 1.
+        SimulatorError, EnvironmentFaultError
+            If a simulator or an environment does something impossible.
+        OutputError
+            If a file cannot be written.
+        """
+        saving = [] if checkpoint is None else [_Saving(self.agent_file, check_int("checkpoint", checkpoint, 1))]
+        try:
+            left = self._left()
+            if left:
+                self.learner.learn(**left, callbacks=[self._clock, *saving], progress=progress)
+        except EnvironmentFaultError as error:
+            raise EnvironmentFaultError(f"{error}; saved in {self.agent_file}") from error
+        finally:
+            self._save()
+        self._write_run(finished=True)
+        self.is_finished = True
+
+    def outcome(self, n_evaluated: int) -> Outcome:
+        """Return what came of it, with `n_evaluated` greedy episodes, or none."""
+        learner, evaluation = self.learner, None
+        if n_evaluated and learner.diverged_at is None:
+            evaluation = learner.evaluate(n_evaluated)
+        returns = learner.returns
+        n_last = min(len(returns), max(1, len(returns) // 10))
+        last = float(returns[-n_last:].mean()) if n_last else math.nan
+        return Outcome(learner.episodes, int(learner.steps.sum()), self._clock.rate, n_last, last, evaluation)
+
+    def _held(self, resume: bool) -> dict[str, Any] | None:
+        """Return what the folder's ``run.json`` says; None where there is no agent yet."""
+        path = self.folder / RUN
+        try:
+            if not path.exists():
+                if (self.folder / AGENT).exists():
+                    raise _conflict(self.folder, f"{AGENT} without {RUN}")
+                return None
+            held: dict[str, Any] = json.loads(path.read_bytes())
+            there, here = ({name: run.get(name) for name in _DECIDES} for run in (held, self._asked))
+            is_whole = {"goal", "played", "finished"} <= held.keys()
+        except (OSError, ValueError, AttributeError) as error:
+            if isinstance(error, OutputConflictError):
+                raise
+            raise _conflict(self.folder, f"its {RUN} cannot be read") from error
+        difference = next(differences(there, here, ""), "" if is_whole else f"its {RUN} lacks something")
+        if difference:
+            raise _conflict(self.folder, difference)
+        if not resume and held["goal"] != self._asked["goal"]:
+            goals = f"{_goal_words(held['goal'])} there and {_goal_words(self._asked['goal'])} now"
+            raise OutputConflictError(
+                f"{self.folder} holds the same agent for another goal ({goals}): --resume goes on with it to the new "
+                "one, --overwrite begins anew"
+            )
+        return held
+
+    def _left(self) -> dict[str, int]:
+        """Return what `learn` has to be asked for; nothing where nothing is left."""
+        episodes, steps = (self._asked["goal"][name] for name in _GOALS)
+        if episodes is not None:
+            left = episodes - self.learner.episodes
+            return {"episodes": left} if left > 0 else {}
+        left = steps - self.learner.first_agent_steps
+        if left > 0:
+            return {"steps": left}
+        # The first agent is there; one episode more is asked for, and those behind catch up with it instead.
+        return {} if self.learner.is_at_rest else {"episodes": 1}
+
+    def _check_goal(self) -> None:
+        wanted = self._asked["goal"]["episodes"]
+        if wanted is not None and self.learner.episodes > wanted:
+            raise ParameterError(
+                f"{self.folder} holds {self.learner.episodes} episodes, more than the {wanted} asked for: ask for more "
+                "with --resume, or begin anew with --overwrite"
+            )
+
+    def _begin(self, *, anew: bool) -> None:
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            if anew:
+                for name in (AGENT, HISTORY):
+                    (self.folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise OutputError(
+                f"cannot make the folder {self.folder}: {error.strerror}; choose another with --out"
+            ) from error
+        self._write_run(finished=False)
+
+    def _write_run(self, *, finished: bool) -> None:
+        learner = self.learner
+        told = self._asked | {
+            "played": how_played(learner.problem),
+            "learner": type(learner).__name__,
+            "parameters": {name: as_json(value) for name, value in learner.parameters.items()},
+            "tensor_step": None if learner.tensor_step is None else vars(learner.tensor_step),
+            "finished": finished,
+            "versions": _versions(),
+        }
+        write_whole(self.folder / RUN, json.dumps(told, indent=1).encode() + b"\n")
+
+    def _save(self) -> None:
+        self.learner.save(self.agent_file)
+        buffer = io.BytesIO()
+        self.learner.to_frame().write_parquet(buffer)
+        write_whole(self.folder / HISTORY, buffer.getvalue())
+
+
+class _Clock(Callback):
+    """Measures how fast a learner is from its first window on, which loads the kernels."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._first: tuple[float, int] | None = None
+        self.rate = math.nan
+
+    def on_window(self, learner: Learner) -> None:
+        if self._first is None:
+            self._first = time.perf_counter(), int(learner.steps.sum())
+
+    def on_end(self, learner: Learner) -> None:
+        if self._first is not None:
+            seconds, steps = time.perf_counter() - self._first[0], int(learner.steps.sum()) - self._first[1]
+            self.rate = steps / seconds if steps else math.nan
+
+
+class _Saving(Callback):
+    """Saves a learner every so many episodes."""
+
+    def __init__(self, path: Path, every: int) -> None:
+        super().__init__(every)
+        self._path = path
+
+    def on_window(self, learner: Learner) -> None:
+        learner.save(self._path)
+
+
+def loaded(path: Path, environment: str | None = None, keywords: Mapping[str, Any] = {}) -> Learner:
+    """Return a saved learner; on what it learned is taken from the file, ``run.json`` beside it, or as it is given.
+
+    Raises
+    ------
+    SavedFileError
+        If the file cannot be read, or an environment is needed and neither names it.
+    ParameterError
+        If the environment is not the one that the learner was saved with, or none is needed.
+    UnknownNameError
+        If there is no such environment.
+    ProblemError
+        If it cannot be made.
+    """
+    if environment is not None:
+        make_environment(environment, keywords).close()
+        return load(path, env=environment_of(environment, keywords))
+    if keywords:
+        raise ParameterError("keywords of the environment need its id: give --env with --env-set")
+    try:
+        return load(path, env=_environment_beside(path))
+    except UnknownNameError as error:  # a module of the current folder is imported only if its user names it
+        raise UnknownNameError(f"{error}; name what it learned on with --env") from error
+
+
+def _environment_beside(path: Path) -> Environment | None:
+    """Return the environment of the training that a file came from; None where that is not known or not needed."""
+    try:
+        run = json.loads((path.parent / RUN).read_bytes())
+        name, keywords, played = run["environment"]["id"], run["environment"]["keywords"], run["played"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return None if path.name != AGENT or played == LIFTED else environment_of(name, keywords)
+
+
+def _versions() -> dict[str, str]:
+    libraries = ("numpy", "numba", "scipy", "gymnasium", "pettingzoo")
+    return {"tuckerl": __version__, "python": platform.python_version(), **{name: version(name) for name in libraries}}
+
+
+def _goal_words(goal: Mapping[str, int | None]) -> str:
+    return next(f"{number} {name}" for name, number in goal.items() if number is not None)
+
+
+def _conflict(folder: Path, difference: str) -> OutputConflictError:
+    return OutputConflictError(
+        f"{folder} holds another agent ({difference}): choose another folder with --out, or replace it with --overwrite"
+    )

@@ -1,0 +1,9 @@
+"""Checks for those who write a problem or a learner of their own: what is wrong, and how to mend it.
+
+Both return nothing where all is well, and belong into the tests of what they check.
+"""
+
+from tuckerl.testing.learners import check_learner
+from tuckerl.testing.problems import check_problem
+
+__all__ = ["check_learner", "check_problem"]

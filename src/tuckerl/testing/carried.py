@@ -1,0 +1,101 @@
+"""Checks that transitions which an environment carries are those that its own steps make."""
+
+from typing import Any
+
+import numpy as np
+
+from tuckerl.errors import ProblemCheckError
+from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.simulator import Simulator
+from tuckerl.testing.playing import Moment
+
+_TOLERANCE = 1e-9
+_MEND = "mend one of them, or learn with lift=False"
+
+
+def check_carried_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> None:
+    """Check that everything that was played is in the table that the environment carries.
+
+    Parameters
+    ----------
+    mdp : TabularMDP
+    stage
+        Has `source` and `observations`, the coding of what `played` observed.
+    played : list of Moment
+
+    Raises
+    ------
+    ProblemCheckError
+    """
+    _check_size(mdp, stage)
+    state = 0
+    for moment in played:
+        after = int(stage.observations.encode(moment.observation))
+        if moment.action is None:
+            if after not in mdp.arrays.start_state:
+                raise ProblemCheckError(
+                    f"{stage.source} began in state {after} {moment.where}, which is no first state of the table that "
+                    f"it carries: {_MEND}"
+                )
+        elif not _is_outcome(mdp, state, moment, after):
+            raise ProblemCheckError(
+                f"action {moment.action} in state {state} led {stage.source} to state {after} with reward "
+                f"{moment.reward} and terminated {bool(moment.terminated)} {moment.where}, which the table that it "
+                f"carries does not hold: {_MEND}"
+            )
+        if not moment.terminated and moment.mask is not None and mdp.arrays.forbidden.size:
+            _check_mask(mdp, after, moment, stage.source)
+        state = after
+
+
+def _check_size(problem: TabularMDP | Simulator, stage: Any) -> None:
+    sizes = (stage.observations.n if stage.observations else "uncountably many", stage.actions.n)
+    if sizes != (problem.n_states, problem.n_actions):
+        raise ProblemCheckError(
+            f"the transitions that {stage.source} carries have {problem.n_states} states and {problem.n_actions} "
+            f"actions, and its spaces have {sizes[0]} and {sizes[1]}: {_MEND}"
+        )
+
+
+def _is_outcome(mdp: TabularMDP, state: int, moment: Moment, after: int) -> bool:
+    arrays, pair = mdp.arrays, state * mdp.n_actions + moment.action
+    which = slice(arrays.offsets[pair], arrays.offsets[pair + 1]) if arrays.offsets.size else slice(pair, pair + 1)
+    found = (arrays.next_state[which] == after) & (arrays.terminated[which] == moment.terminated)
+    return bool((found & np.isclose(arrays.reward[which], moment.reward, _TOLERANCE, _TOLERANCE)).any())
+
+
+def _check_mask(mdp: TabularMDP, state: int, moment: Moment, source: str) -> None:
+    allowed = ~mdp.arrays.forbidden[state]
+    if not np.array_equal(allowed, moment.mask):
+        raise ProblemCheckError(
+            f"{source} allowed the actions {np.flatnonzero(moment.mask)} in state {state} {moment.where}, and the "
+            f"table that it carries {np.flatnonzero(allowed)}: {_MEND}"
+        )
+
+
+def check_carried_simulator(simulator: Simulator, stage: Any, played: list[Moment]) -> None:
+    """Check that a simulator that draws nothing does what the environment that carries it did.
+
+    Raises
+    ------
+    ProblemCheckError
+    """
+    _check_size(simulator, stage)
+    functions, parameters = simulator.functions, simulator.parameters
+    state, words = np.zeros(simulator.state_size), np.arange(1, 5, dtype=np.uint64)
+    before = words.copy()
+    for moment in played:
+        reward, terminated = 0.0, False
+        if moment.action is None:
+            functions.reset(parameters, state, words)
+        else:
+            reward, terminated = functions.step(parameters, state, moment.action, words)
+        if not np.array_equal(words, before):  # by chance: the environment's own draws are others
+            return
+        row, seen = functions.index(parameters, state), stage.observations.encode(moment.observation)
+        if row != seen or terminated != moment.terminated or abs(reward - moment.reward) > _TOLERANCE:
+            raise ProblemCheckError(
+                f"{stage.source} came to state {seen} with reward {moment.reward} and terminated "
+                f"{bool(moment.terminated)} {moment.where}, and the simulator that it carries to {row} with {reward} "
+                f"and {bool(terminated)}: {_MEND}"
+            )

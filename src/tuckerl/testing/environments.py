@@ -1,0 +1,237 @@
+"""Checks of Gymnasium environments."""
+
+import copy
+import math
+import warnings
+from collections.abc import Callable, Iterator
+from itertools import islice
+from numbers import Real
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.utils.env_checker import check_env
+
+from tuckerl.errors import ObservationError, ProblemCheckError, SpaceError
+from tuckerl.problems.coding import Coding, coding
+from tuckerl.problems.masks import MASK, MaskReader
+from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.resolve import as_problem
+from tuckerl.problems.seeding import EpisodeSeeds
+from tuckerl.problems.simulator import Simulator
+from tuckerl.rng import child, seed_sequence
+from tuckerl.testing.arrays import check_arrays
+from tuckerl.testing.carried import check_carried_simulator, check_carried_table
+from tuckerl.testing.playing import Moment, Stage, check_equal, moments
+from tuckerl.testing.simulators import check_simulator
+
+_BESIDE = 200  # steps of two environments side by side
+SEEDS_DECIDE = "the same seed and the same actions must lead to the same play"
+SEEDS_MEND = (
+    "draw from self.np_random after super().reset(seed=seed), from nothing global, and let reset set everything anew"
+)
+
+
+def check_environment(env: Any, make: Callable[[], Any] | None, episodes: int, seed: int) -> None:
+    """Check a Gymnasium environment.
+
+    Raises
+    ------
+    ProblemCheckError
+    """
+    source = name_of(env)
+    stage = GymStage(env, source)
+    _check_by_gymnasium(env, source)
+    sequence = seed_sequence(seed)
+    played = list(moments(stage, child(sequence, 0), episodes))
+    check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_MEND)
+    check_beside(stage, GymStage(another(env, make, source), source), sequence, played)
+    _check_carried(env, stage, played, episodes, seed)
+
+
+def name_of(env: Any) -> str:
+    """Return what an environment is called in messages."""
+    return str(getattr(getattr(env, "spec", None), "id", None) or type(env.unwrapped).__name__)
+
+
+def another(env: Any, make: Callable[[], Any] | None, source: str) -> Any:
+    """Return one more environment like the first.
+
+    Raises
+    ------
+    ProblemCheckError
+        If an instance cannot be copied.
+    """
+    if make is not None:
+        return make()
+    try:
+        return copy.deepcopy(env)
+    except Exception as error:  # whatever a copy raises
+        raise ProblemCheckError(
+            f"{source} cannot be copied ({type(error).__name__}: {error}), as evaluating and several agents need it: "
+            "pass a callable that makes one instead of an instance, here and to learners"
+        ) from error
+
+
+def check_beside(stage: Stage, other: Stage, sequence: np.random.SeedSequence, played: list[Moment]) -> None:
+    """Check that a play stays as it was when another environment is played beside it.
+
+    Raises
+    ------
+    ProblemCheckError
+    """
+    beside = moments(other, child(sequence, 1), 1)
+
+    def interleaved() -> Iterator[Moment]:
+        for moment in moments(stage, child(sequence, 0), 1):
+            yield moment
+            next(beside, None)
+
+    first = [moment for moment in played if moment.where.endswith("episode 0")]
+    check_equal(
+        islice(first, _BESIDE),
+        islice(interleaved(), _BESIDE),
+        "two environments side by side must not touch each other",
+        "keep what changes in self, not in the class, the module or an array that all share",
+    )
+
+
+class GymStage(Stage):
+    """A Gymnasium environment to be played at random."""
+
+    def __init__(self, env: Any, source: str) -> None:
+        super().__init__(env, source)
+        self.actions = coding(env.action_space, what="action")
+        self.read = MaskReader(env.observation_space, env.action_space)
+        self.observations = observation_coding(self.read.observation_space)
+        self._spaces = (copy.deepcopy(env.observation_space), copy.deepcopy(env.action_space))
+        self._mask: Any = None
+        self._is_over = True
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the episode has ended."""
+        return self._is_over
+
+    def begin(self, seeds: EpisodeSeeds, where: str) -> Moment:
+        """Begin an episode."""
+        observation, info = seeds.reset()
+        if (self.env.observation_space, self.env.action_space) != self._spaces:
+            raise ProblemCheckError(
+                f"spaces must stay as they are, as tables have as many rows and columns; {where} those of "
+                f"{self.source} became {self.env.observation_space} and {self.env.action_space}: declare the largest"
+            )
+        self._is_over = False
+        return self._seen(Moment(where, None, observation, 0.0, False, False), info)
+
+    def act(self, rng: np.random.Generator, where: str) -> Moment:
+        """Take a random step that is allowed."""
+        n = self.actions.n
+        allowed = None if self._mask is None else np.flatnonzero(self._mask)
+        code = int(rng.integers(n)) if allowed is None else int(rng.choice(allowed))
+        action = self.actions.decode(code)
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        check_reward(reward, f"{where} (action {action})", self.source)
+        for name, end in (("terminated", terminated), ("truncated", truncated)):
+            if not isinstance(end, (bool, np.bool_)):
+                raise ProblemCheckError(
+                    f"{name} must be True or False; {where} of {self.source} it was {end!r}: write bool(...)"
+                )
+        self._is_over = bool(terminated or truncated)
+        return self._seen(Moment(where, code, observation, reward, terminated, truncated), info)
+
+    def _seen(self, moment: Moment, info: Any) -> Moment:
+        check_observation(self.env.observation_space, moment.observation, moment.where, self.source)
+        if not isinstance(info, dict):
+            raise ProblemCheckError(f"info must be a dict; {moment.where} of {self.source} it was {info!r}")
+        observation, self._mask = read_mask(self.read, moment.observation, info, moment, over=self._is_over)
+        return moment._replace(observation=copy.deepcopy(observation), mask=copy.deepcopy(self._mask))
+
+
+def observation_coding(space: gymnasium.Space[Any]) -> Coding | None:
+    """Return the numbers of a space; None of one that has them by `bins` only.
+
+    Raises
+    ------
+    SpaceError
+        If it has none.
+    """
+    try:
+        return coding(space)
+    except SpaceError:
+        coding(space, 1)  # has numbers if all dimensions are left out
+        return None
+
+
+def check_reward(reward: Any, where: str, source: str) -> None:
+    """Check that a reward is a finite number.
+
+    Raises
+    ------
+    ProblemCheckError
+    """
+    if isinstance(reward, bool) or not isinstance(reward, Real) or not math.isfinite(reward):
+        raise ProblemCheckError(
+            f"a reward must be a finite number; {where} of {source} it was {reward!r}: return float(...), and guard "
+            "divisions and logarithms"
+        )
+
+
+def check_observation(space: gymnasium.Space[Any], observation: Any, where: str, source: str) -> None:
+    """Check that an observation lies in its space.
+
+    Raises
+    ------
+    ProblemCheckError
+    """
+    if not space.contains(observation):
+        raise ProblemCheckError(
+            f"an observation must lie in {space}; {where} of {source} it was {observation!r}: make the space larger, "
+            "clip, or mind its dtype and shape"
+        )
+
+
+def read_mask(read: MaskReader, observation: Any, info: Any, moment: Moment, *, over: bool) -> tuple[Any, Any]:
+    """Return an observation and its mask, which must allow something while the episode goes on.
+
+    Raises
+    ------
+    ProblemCheckError
+    """
+    try:
+        part, mask = read(observation, info)
+    except ObservationError as error:
+        raise ProblemCheckError(f"{error} ({moment.where})") from error
+    given = info.get(MASK) if part is observation else observation[MASK]
+    parts = given if isinstance(given, tuple) else (given,)
+    if not over and any(part is not None and not np.any(part) for part in parts):
+        raise ProblemCheckError(
+            f"an action mask must allow at least one action while the episode goes on; {moment.where} it was "
+            f"{given!r}: return terminated=True where nothing can be done"
+        )
+    return part, mask
+
+
+def _check_by_gymnasium(env: Any, source: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            check_env(env, skip_render_check=True, skip_close_check=True)
+        except Exception as error:  # Gymnasium raises its own, AssertionError, TypeError, ...
+            raise ProblemCheckError(
+                f"{source} does not pass gymnasium.utils.env_checker.check_env: {str(error) or repr(error)}"
+            ) from error
+
+
+def _check_carried(env: Any, stage: GymStage, played: list[Moment], episodes: int, seed: int) -> None:
+    """Check the transitions that an environment carries, if any: learners play those."""
+    try:
+        problem = as_problem(env)
+    except SpaceError:  # a Box without bins
+        return
+    if isinstance(problem, Simulator):
+        check_simulator(problem, episodes, seed)
+        check_carried_simulator(problem, stage, played)
+    elif isinstance(problem, TabularMDP):
+        check_arrays(problem, stage.source)
+        check_carried_table(problem, stage, played)

@@ -1,0 +1,115 @@
+"""Checks of what is learned: that it is right, finite and allowed, and that every change is marked."""
+
+from typing import Any
+
+import numpy as np
+
+from tuckerl.errors import LearnerCheckError
+from tuckerl.generalization.change_log import EPISODES
+from tuckerl.testing.subject import EVERY, Subject, tensor_step
+from tuckerl.testing.worlds import FORBIDDEN_VALUE, LENGTH, drift, masked, one_step, overflowing, slippery
+
+_GAMMA = 0.9
+
+
+def check_corridor(subject: Subject) -> None:
+    """Check that the way to the end of a corridor is learned, and the tables stay finite."""
+    learner = subject.on_corridor().learn(300)
+    if learner.q.shape != (1, LENGTH, 2) or not np.isfinite(learner.q).all():
+        raise LearnerCheckError(f"the tables of {subject.name} must be finite; in a corridor they became {learner.q}")
+    actions, _ = learner.predict(np.arange(LENGTH - 1))
+    if not (actions == 1).all():
+        raise LearnerCheckError(
+            f"{subject.name} must learn to go right in a corridor of {LENGTH} places whose right end pays 1; after 300 "
+            f"episodes it would do {actions}, the table being {learner.q[0].tolist()}: look at the sign and the "
+            f"discount of the target, and whether q[state, action] is what is changed"
+        )
+
+
+def check_changes(subject: Subject) -> None:
+    """Check that every row which changes in an episode is marked, and kept as it was at the episode's end."""
+    for problem in (slippery(), drift()):
+        learner = subject.on(problem, n_agents=2, tensor_step=tensor_step())
+        for episode in range(3 * EVERY):
+            before = learner.q
+            learner.learn(1)
+            if (episode + 1) % EVERY == 0:  # the logs have begun anew, and tables were copied
+                continue
+            for table, log in enumerate(learner._logs):
+                done = int(log.cursor[EPISODES])
+                begin = int(log.end[done - 2]) if done > 1 else 0
+                marked = log.state[begin : log.end[done - 1]]
+                changed = np.flatnonzero((learner._q[table] != before[table]).any(axis=1))
+                missed = np.setdiff1d(changed, marked)
+                if missed.size:
+                    raise LearnerCheckError(
+                        f"every row that changes must be marked, as the tensor step sees no other; {subject.name} "
+                        f"changed row {missed[0]} in episode {episode} and did not mark it: call mark(agent.log, "
+                        "state) before every change of agent.q[state]"
+                    )
+
+
+def check_targets(subject: Subject, *, bootstraps: bool) -> None:
+    """Check the value of a problem of one step, which is known: what it pays, and what comes after it."""
+    later = 7.0
+    cases = [(True, 0.5, "discount, which is 0 where the return ended, must multiply what comes after")]
+    if bootstraps:
+        cases.append((False, 0.5 + _GAMMA * later, "an episode that is only cut off goes on: use discount, not ended"))
+    for terminated, value, mend in cases:
+        initial_q = np.array([[0.0], [later]])
+        learner = subject.on(one_step(terminated=terminated), gamma=_GAMMA, initial_q=initial_q).learn(500)
+        learned = float(learner.q[0, 0, 0])
+        if abs(learned - value) > 1e-6:
+            end = "ends" if terminated else "is cut off after"
+            raise LearnerCheckError(
+                f"a step that pays 0.5, {end} the episode and leads to a state of value {later:g} must become worth "
+                f"{value:g} with gamma {_GAMMA}; {subject.name} has {learned:g}: {mend}"
+            )
+
+
+def check_forbidden(subject: Subject) -> None:
+    """Check that what may not be done is neither done nor counted on."""
+    initial_q = np.zeros((LENGTH, 3))
+    initial_q[:, 2] = FORBIDDEN_VALUE
+    learner = subject.on(masked(), initial_q=initial_q).learn(50)
+    q = learner.q[0]
+    if not (q[:, 2] == FORBIDDEN_VALUE).all():
+        state = int(np.argmax(q[:, 2] != FORBIDDEN_VALUE))
+        raise LearnerCheckError(
+            f"{subject.name} took action 2 in state {state}, where it is forbidden: choose by epsilon_greedy, greedy "
+            "and random_action of tuckerl.learners.choices, which know the masks"
+        )
+    if np.abs(q[:, :2]).max() > 1e3:
+        raise LearnerCheckError(
+            f"{subject.name} counted on forbidden actions: values rose to {np.abs(q[:, :2]).max():g} where 1 is all "
+            "that can be earned: take the best value by best_value(agent.q, agent.forbidden, state), or look at "
+            "agent.forbidden"
+        )
+
+
+def check_divergence(subject: Subject) -> None:
+    """Check that learning stops where a table leaves the finite numbers."""
+    learner = subject.on(overflowing(), alpha=1.0, gamma=1.0).learn(5)
+    if learner.diverged_at is None:
+        raise LearnerCheckError(
+            f"learning must stop where a table leaves the finite numbers; {subject.name} went on with "
+            f"{learner.q.max():g}: let turn return NOT_FINITE where the new value is not finite, or leave return False"
+        )
+
+
+def check_predictions(subject: Subject) -> None:
+    """Check that predictions are greedy actions, one by one and together."""
+    learner = subject.on(slippery()).learn(20)
+    states = np.arange(learner.problem.n_states)
+    together: Any = learner.predict(states)[0]
+    single = [learner.predict(int(state))[0] for state in states]
+    if list(together) != single:
+        raise LearnerCheckError(
+            f"predictions one by one must be those of a batch; {subject.name} gave {single} and {list(together)}"
+        )
+    greedy = learner.q[0].argmax(axis=1)
+    if not np.array_equal(together, greedy):
+        raise LearnerCheckError(
+            f"predictions must be greedy, the lowest action on ties; {subject.name} gave {list(together)} where its "
+            f"table says {greedy.tolist()}: keep the values that decide in q, for example the mean of two tables"
+        )

@@ -1,0 +1,52 @@
+"""The learner that is checked, and how it is made."""
+
+from typing import Any
+
+import numpy as np
+
+from tuckerl.errors import LearnerCheckError
+from tuckerl.generalization.step import TensorStep
+from tuckerl.learners.learner import Learner
+from tuckerl.testing.worlds import corridor
+
+EVERY = 5
+"""Episodes of a window."""
+
+
+class Subject:
+    """A class of learners with the parameters that its user gave."""
+
+    def __init__(self, learner_class: type[Learner], parameters: dict[str, Any]) -> None:
+        self.learner_class, self.name = learner_class, learner_class.__name__
+        self._parameters = parameters
+
+    def on(self, env: Any, **chosen: Any) -> Learner:
+        """Return a new learner on a problem."""
+        common: dict[str, Any] = {"alpha": 0.3, "gamma": 0.9, "epsilon": 0.2, "seed": 0}
+        return self.learner_class(env, **(common | self._parameters | chosen))
+
+    def on_corridor(self, **chosen: Any) -> Learner:
+        """Return a new learner in the corridor."""
+        return self.on(corridor(), **chosen)
+
+
+def tensor_step() -> TensorStep:
+    """Return a step that weighs actions, and copies tables where there are several."""
+    return TensorStep(every=EVERY, ranks=(3, 2, 2, 1), floor=0.1)
+
+
+def check_same(learner: Learner, other: Learner, what: str, mend: str) -> None:
+    """Check that two learners have learned the same, to the last bit.
+
+    Raises
+    ------
+    LearnerCheckError
+        ``what``, then where they part, then ``mend``.
+    """
+    for name in ("steps", "returns", "q", "action_weights"):
+        ours, theirs = getattr(learner, name), getattr(other, name)
+        if ours.shape != theirs.shape:
+            raise LearnerCheckError(f"{what}; {name} had the shape {ours.shape}, then {theirs.shape}: {mend}")
+        if not np.array_equal(ours, theirs):
+            where = tuple(int(i) for i in np.argwhere(ours != theirs)[0])
+            raise LearnerCheckError(f"{what}; {name}{list(where)} was {ours[where]}, then {theirs[where]}: {mend}")

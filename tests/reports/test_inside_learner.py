@@ -1,0 +1,174 @@
+"""What is seen inside of learners: whose actions are called what, where nobody can stand, what may not be done."""
+
+import re
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pettingzoo
+import pytest
+
+import tuckerl
+from tuckerl.errors import ParameterError, ProblemError, SavedFileError
+from tuckerl.learners import saved
+from tuckerl.problems.resolve import Agents, Reading, as_problem
+from tuckerl.reports.inside import inside_of_learner, pictures_inside
+from tuckerl.reports.inside.greedy import NO_PREFERENCE, greedy, shares_first_place, values
+from tuckerl.reports.inside.learner import name_of, names_of_actions
+from tuckerl.reports.inside.summary import learner_lines
+
+STEP = tuckerl.TensorStep(every=5, ranks=(3, 2, 3, 1), floor=0.1)
+SMALL_RESCUE = ".H..\n#...\nAT.B"
+
+
+def test_forbidden_actions_are_never_greedy() -> None:
+    q = np.array([[1.0, 5.0, 2.0], [3.0, 0.0, 3.0], [0.0, 9.0, 0.0], [4.0, np.nan, 1.0], [7.0, 8.0, 2.0], [0, 1, 2]])
+    forbidden = np.zeros(q.shape, dtype=np.bool_)
+    forbidden[:4, 1] = True
+    forbidden[4, :2] = forbidden[5, 1:] = True  # one action is left: preferred as soon as its value is not 0
+    assert greedy(q, forbidden).tolist() == [2, NO_PREFERENCE, NO_PREFERENCE, 0, 2, NO_PREFERENCE]
+    np.testing.assert_array_equal(values(q, forbidden), [2.0, np.nan, np.nan, 4.0, 2.0, np.nan])
+    assert not shares_first_place(q, forbidden).any()
+    assert shares_first_place(np.array([[1.0, 1.0, 5.0, 0.0]]), np.array([[False, False, True, False]])).all()
+
+
+def test_masks_of_a_learner_reach_the_figures() -> None:
+    mdp = tuckerl.TabularMDP(
+        [[1, 1, 0], [1, 1, 1]],
+        [[1.0, 2.0, 0.0], [0.0, 0.0, 0.0]],
+        [[True, True, False], [True, True, True]],
+        action_mask=[[True, False, True], [True, True, True]],
+    )
+    inside = inside_of_learner(tuckerl.QLearning(mdp, alpha=0.5, initial_q=0.1, seed=0, n_agents=2).learn(20))
+    assert inside.masked.shape == (2, 2, 3)
+    assert inside.masked[:, 0, 1].all()
+    assert inside.masked.sum() == 2
+    assert greedy(inside.q, inside.masked)[:, 0].tolist() == [0, 0]
+    (plain,) = [one for one in pictures_inside(inside) if one.name == "policy"]
+    assert re.search(r"Greedy: 0 in \d", plain.alt)
+    assert inside_of_learner(tuckerl.Sarsa("FrozenLake-v1", seed=0)).forbidden is None
+
+
+def test_masks_of_stepped_taxis_are_those_that_were_seen() -> None:
+    learner = tuckerl.QLearning("Taxi-v4", lift=False, seed=0).learn(2)
+    visited = np.unique(np.concatenate(learner.trajectories))
+    masked = inside_of_learner(learner).masked[0]
+    whole = inside_of_learner(tuckerl.QLearning("Taxi-v4", seed=0)).masked[0]
+    np.testing.assert_array_equal(masked[visited], whole[visited])
+    assert whole[visited].any()
+    assert masked.sum() < whole.sum()
+
+
+@pytest.mark.parametrize(
+    ("env", "names"),
+    [
+        ("FrozenLake-v1", ["left", "down", "right", "up"]),
+        ("CliffWalking-v1", ["up", "right", "down", "left"]),
+        ("tuckerl/DynaMaze-v0", ["up", "down", "left", "right"]),
+        (tuckerl.sutton_maze(), ["up", "down", "left", "right"]),
+        (lambda: gymnasium.make("MountainCar-v0"), ["push left", "no push", "push right"]),
+        ("tuckerl/RobotRescue-v0", ["left", "right", "up", "down", "stay"]),
+        ("CliffWalkingSlippery-v1", ["up", "right", "down", "left"]),
+        (tuckerl.TabularMDP([[0, 0]], [[0, 0]], [[True, True]]), ["0", "1"]),
+    ],
+)
+def test_actions_are_called_as_their_environment_means_them(env: object, names: list[str]) -> None:
+    bins = 3 if callable(env) else None
+    assert names_of_actions(as_problem(env, Reading(bins=bins))) == names  # type: ignore[arg-type]  # all are
+
+
+@pytest.mark.parametrize("env", ["FrozenLake-v1", "CliffWalking-v1"])
+def test_the_names_of_moves_are_where_the_moves_lead(env: str) -> None:
+    made: object = gymnasium.make(env, **({"is_slippery": False} if env.startswith("Frozen") else {})).unwrapped
+    problem = as_problem(made)  # type: ignore[arg-type]  # it is an environment
+    assert isinstance(problem, tuckerl.TabularMDP)
+    columns = problem.layout[1] if problem.layout else 0
+    ways = {"up": -columns, "down": columns, "left": -1, "right": 1}
+    state = columns + 1 if env.startswith("Cliff") else 9
+    next_state = made.P[state]  # type: ignore[attr-defined]
+    assert [next_state[action][0][1] - state for action in range(4)] == [ways[n] for n in names_of_actions(problem)]
+
+
+def test_joint_actions_name_every_members_part() -> None:
+    made = pettingzoo.make("parallel", "tuckerl/RobotRescue-v0", map=SMALL_RESCUE)
+    names = names_of_actions(as_problem(made, Reading(Agents.TEAM)))
+    assert (len(names), names[1], names[5]) == (25, "left, right", "right, left")
+
+
+def test_where_no_start_leads_is_blocked() -> None:
+    maze = tuckerl.sutton_maze()
+    inside = inside_of_learner(tuckerl.QLearning(maze, seed=0))
+    np.testing.assert_array_equal(inside.walls, maze.walls.ravel())
+    cliff = inside_of_learner(tuckerl.QLearning("CliffWalking-v1", seed=0))
+    assert np.flatnonzero(cliff.walls).tolist() == list(range(37, 47)), "who steps there stands at the start again"
+    assert inside_of_learner(tuckerl.QLearning("FrozenLake-v1", seed=0)).blocked is None, "one can stand in a hole"
+
+
+def test_a_learner_is_all_shown_after_a_file_as_before(tmp_path: Path) -> None:
+    learner = tuckerl.SarsaLambda(tuckerl.sutton_maze(), n_agents=2, tensor_step=STEP, seed=1, alpha=0.3).learn(103)
+    learner.save(tmp_path / "agent.tuckerl")
+    before, after = inside_of_learner(learner), inside_of_learner(tuckerl.load(tmp_path / "agent.tuckerl"))
+    assert before.title == after.title == "SarsaLambda with a tensor step on Maze"
+    assert before.layout == after.layout == (6, 9)
+    assert before.loadings is not None
+    assert before.loadings.first_episode + before.loadings.factors[2].shape[0] - 1 == 100
+    shown = [[(one.name, one.caption, one.alt) for one in pictures_inside(inside)] for inside in (before, after)]
+    assert shown[0] == shown[1]
+    assert len(shown[0]) >= 6
+
+
+def test_layout_and_names_must_fit() -> None:
+    learner = tuckerl.Sarsa("FrozenLake-v1", seed=0)
+    assert inside_of_learner(learner, layout=(2, 8), action_names="abcd", title="t").layout == (2, 8)
+    with pytest.raises(ProblemError, match=r"layout must be \(rows, columns\) of 16 cells; got \(3, 8\)"):
+        inside_of_learner(learner, layout=(3, 8))
+    with pytest.raises(ProblemError, match="action_names must be 4 names, one for each action; got 2"):
+        inside_of_learner(learner, action_names=["a", "b"])
+
+
+def test_the_value_of_the_start_is_its_mean_over_the_starts() -> None:
+    mdp = tuckerl.TabularMDP([[0, 0], [1, 1]], [[0, 0], [0, 0]], [[True, True]] * 2, start=[0.25, 0.75])
+    q = np.array([[1.0, 2.0], [6.0, 4.0]])
+    lines = learner_lines(tuckerl.Sarsa(mdp, initial_q=q, seed=0))
+    assert lines[-1] == "Greedy value of the start (agent 0): 5"
+    assert lines[0] == "Sarsa"
+    assert name_of(tuckerl.Sarsa("Blackjack-v1", seed=0)) == "Sarsa on Blackjack-v1"
+
+
+class Own(tuckerl.Sarsa):
+    """A learner that its user wrote."""
+
+
+def test_any_learner_is_loaded_by_what_its_file_says(tmp_path: Path) -> None:
+    path = tmp_path / "agent.tuckerl"
+    for kind in (tuckerl.QLearning, tuckerl.Sarsa, tuckerl.SarsaLambda, Own):
+        learner = kind("FrozenLake-v1", seed=0).learn(5)
+        learner.save(path)
+        again = tuckerl.load(path)
+        assert type(again) is kind
+        np.testing.assert_array_equal(again.learn(5).q, learner.learn(5).q)
+    header, arrays = saved.read(path)
+    saved.write(path, header | {"learner": "Lost"}, arrays)
+    with pytest.raises(
+        SavedFileError, match="holds a Lost, which is none of QLearning, Sarsa, SarsaLambda, DynaH, Tea"
+    ):
+        tuckerl.load(path)
+    tuckerl.Sarsa("tuckerl/CartPole-v0", seed=0).save(path)
+    with pytest.raises(SavedFileError, match="pass load\\(\\) its env"):
+        tuckerl.load(path)
+    assert tuckerl.load(path, env="tuckerl/CartPole-v0").problem.source == "tuckerl/CartPole-v0"
+    with pytest.raises(ParameterError, match="a simulator with"):
+        tuckerl.load(path, env="FrozenLake-v1")
+
+
+def test_problems_remember_their_environment(tmp_path: Path) -> None:
+    lake = as_problem("FrozenLake-v1")
+    assert isinstance(lake, tuckerl.TabularMDP)
+    assert lake.source == lake.with_time_limit(3).source == "FrozenLake-v1"
+    assert as_problem(gymnasium.make("FrozenLake-v1")).source == "FrozenLake-v1"
+    pole = as_problem("tuckerl/CartPole-v0")
+    assert isinstance(pole, tuckerl.Simulator)
+    assert pole.source == pole.with_time_limit(3).source == "tuckerl/CartPole-v0"
+    assert tuckerl.cart_pole().source is None, "the environment's own, which all share, stays as it is"
+    tuckerl.Sarsa("FrozenLake-v1", seed=0).save(tmp_path / "a")
+    assert tuckerl.load(tmp_path / "a").problem.source == "FrozenLake-v1"
