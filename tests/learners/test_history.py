@@ -10,6 +10,7 @@ import pytest
 from tests.learners.counting import countings
 from tests.learners.test_resume import LEARNERS, assert_same, make
 from tests.learners.worlds import random_mdp
+from tests.problems.parallel_worlds import Leaving
 from tuckerl import QLearning, TensorStep
 from tuckerl.errors import ParameterError, ParameterTypeError
 from tuckerl.learners.learner import Learner
@@ -35,6 +36,12 @@ def test_steps_are_counted_anew_in_every_call() -> None:
     assert learner.learn(steps=4).episodes == 4  # 3 + 1 more
     assert learner.learn(steps=1).episodes == 5
     assert learner.learn(1).episodes == 6
+
+
+def test_of_agents_in_one_world_the_first_ones_steps_count() -> None:
+    # They leave after 1, 2 and 3 steps.
+    learner = QLearning(Leaving(), seed=1).learn(steps=5)
+    assert learner.steps.tolist() == [[1, 2, 3]] * 5
 
 
 @pytest.mark.parametrize("n_agents", [1, 3])
