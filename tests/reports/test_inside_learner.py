@@ -104,6 +104,12 @@ def test_where_no_start_leads_is_blocked() -> None:
     assert inside_of_learner(tuckerl.QLearning("FrozenLake-v1", seed=0)).blocked is None, "one can stand in a hole"
 
 
+def test_what_lies_behind_an_end_is_blocked_but_the_end_is_not() -> None:
+    chain = tuckerl.TabularMDP([[1], [2], [3], [3]], [[0]] * 4, [[False], [True], [False], [False]])
+    walls = inside_of_learner(tuckerl.QLearning(chain, seed=0)).walls
+    assert walls.tolist() == [False, False, False, True]
+
+
 def test_a_learner_is_all_shown_after_a_file_as_before(tmp_path: Path) -> None:
     learner = tuckerl.SarsaLambda(tuckerl.sutton_maze(), n_agents=2, tensor_step=STEP, seed=1, alpha=0.3).learn(103)
     learner.save(tmp_path / "agent.tuckerl")
