@@ -11,7 +11,7 @@ from tests.learners.stepped_worlds import TableEnv
 from tests.learners.worlds import corridor, random_mdp
 from tests.problems.parallel_worlds import Dice, MaskedInObservation, Unequal
 from tuckerl import JointEnv, Linear, QLearning, TabularMDP, TeamQ
-from tuckerl.errors import ObservationError, ProblemError
+from tuckerl.errors import ObservationError, ParameterTypeError, ProblemError
 from tuckerl.learners.evaluation import mean_interval
 
 
@@ -179,3 +179,9 @@ def test_an_environment_that_cannot_be_copied_is_not_evaluated() -> None:
 
     with pytest.raises(ProblemError, match=r"Alone cannot be copied .*one of a kind"):
         QLearning(Alone(TabularMDP([[0]], [[1.0]], [[True]])), seed=0).evaluate(3)
+
+
+def test_a_lifted_team_says_what_it_observes() -> None:
+    team = TeamQ("tuckerl/RobotRescue-v0", seed=0)
+    with pytest.raises(ParameterTypeError, match=r"a state's number; got .*env\.state\(\), or learn with lift=False"):
+        team.predict({"robot_0": 168, "robot_1": 189})

@@ -131,7 +131,7 @@ def check_observation(observation: ArrayLike, n_states: int) -> NDArray[Any]:
     if states.dtype.kind not in "iu":
         hint = ""
         if isinstance(observation, Mapping):  # a team whose joint transitions were lifted
-            hint = ": pass the joint state's, such as env.state(), or learn with lift=False to pass agents' observations"
+            hint = ": pass the joint state's, such as env.state(), or learn with lift=False to pass what agents observe"
         raise ParameterTypeError(f"an observation must be a state's number; got {observation!r}{hint}")
     if states.size and (states.min() < 0 or states.max() >= n_states):
         raise ParameterError(f"an observation must be a state from 0 to {n_states - 1}; got {observation!r}")

@@ -188,8 +188,10 @@ class Tables(ABC):
         """Return agent 0's greedy action for an observation or a batch of them, and None, as Stable-Baselines3 does.
 
         Observations and actions are the environment's own; for a problem of this library they are numbers. Of a
-        PettingZoo environment's agents they are dicts by agent. The lowest action wins ties; masks that were seen while
-        learning are honoured. With ``deterministic=False`` actions are random with the present probability epsilon.
+        PettingZoo environment's agents they are dicts by agent; of a team whose joint transitions were lifted, the
+        numbers of joint states, as ``env.state()`` gives them, and of joint actions. The lowest action wins ties; masks
+        that were seen while learning are honoured. With ``deterministic=False`` actions are random with the present
+        probability epsilon.
 
         Raises
         ------
