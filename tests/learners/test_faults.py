@@ -418,11 +418,11 @@ def test_the_first_ctrl_c_waits_for_the_end_of_what_is_played(n_agents: int) -> 
     presses = iter([[30]])  # the first agent's environment, which is made first, has it
     learner = QLearning(lambda: Pressed(next(presses, ())), seed=3, n_agents=n_agents)
     with pytest.raises(KeyboardInterrupt):
-        learner.learn(500)
+        learner.learn(1500)
     assert learner.episodes > 0
     assert all(path.size for path in learner.trajectories), "no episode was broken off"
-    learner.learn(500 - learner.episodes)
-    np.testing.assert_array_equal(learner.q, QLearning(lambda: Faulty(), seed=3, n_agents=n_agents).learn(500).q)
+    learner.learn(1500 - learner.episodes)
+    np.testing.assert_array_equal(learner.q, QLearning(lambda: Faulty(), seed=3, n_agents=n_agents).learn(1500).q)
 
 
 @pytest.mark.parametrize("name", LEARNERS)

@@ -33,14 +33,14 @@ class Interrupted(QLearning):
         return super()._method(table)
 
 
-@pytest.mark.parametrize("step", [None, TensorStep(every=5, ranks=(2, 2, 2, 1))])
-def test_ctrl_c_waits_for_whole_windows(step: TensorStep | None) -> None:
+@pytest.mark.parametrize(("step", "n"), [(None, 2500), (TensorStep(every=5, ranks=(2, 2, 2, 1)), 250)])
+def test_ctrl_c_waits_for_whole_windows(step: TensorStep | None, n: int) -> None:
     learner = Interrupted(PROBLEM, n_agents=3, seed=2, tensor_step=step)
     with pytest.raises(KeyboardInterrupt):
-        learner.learn(250)
-    assert 0 < learner.episodes < 250
-    learner.learn(250 - learner.episodes)
-    whole = QLearning(PROBLEM, n_agents=3, seed=2, tensor_step=step).learn(250)
+        learner.learn(n)
+    assert 0 < learner.episodes < n
+    learner.learn(n - learner.episodes)
+    whole = QLearning(PROBLEM, n_agents=3, seed=2, tensor_step=step).learn(n)
     np.testing.assert_array_equal(learner.q, whole.q)
     np.testing.assert_array_equal(learner.steps, whole.steps)
 

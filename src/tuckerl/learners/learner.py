@@ -42,6 +42,8 @@ from tuckerl.types import FloatArray
 _DIVERGED = "a table left the finite numbers in episode {}, where learning stopped: a smaller alpha may keep it finite"
 _PATIENCE = 0.25  # seconds in which Python is not asked, but for the end of an episode
 _UNLIMITED = sys.maxsize
+# Ctrl-C and callbacks wait for one call of a kernel, which costs as much as a thousand steps.
+_CHUNK, _CHUNK_STEPS = 1000, 1_000_000  # episodes without a tensor step; steps of the first agent, and its episode
 
 
 class Learner(Tables):
@@ -165,7 +167,8 @@ class Learner(Tables):
     def _play_on(self, until: int, enough: int) -> None:
         """Play up to an episode or until the first agent has made `enough` steps, or let those behind catch up."""
         accounts = self._accounts
-        until = min(until, self.episodes + self.window - self.episodes % self.window)
+        chunk = _CHUNK if self._run is None else self._run.step.every
+        until, enough = min(until, self.episodes + chunk - self.episodes % chunk), min(enough, _CHUNK_STEPS)
         if not accounts.is_even:
             until, enough = accounts.furthest, _UNLIMITED
         finite = True
