@@ -1,6 +1,7 @@
 """What every problem must keep to, whatever its kind."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -79,8 +80,7 @@ def _made(problem: Any) -> tuple[Any, Callable[[], Any] | None]:
     make: Callable[[], Any] | None = None
     env = problem
     if isinstance(problem, str):
-        name = problem
-        make = lambda: make_environment(name)  # noqa: E731
+        make = partial(make_environment, problem)
     elif callable(problem) and not isinstance(problem, (gymnasium.Env, pettingzoo.ParallelEnv)):
         make = problem
     if make is not None:

@@ -1,5 +1,7 @@
 """What the tensor step did after each window: whose table was copied, how well the tables were fitted, which ranks."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -58,8 +60,8 @@ def draw_copied(inside: Inside) -> Figure:
         nobody = row == inside.n_agents
         mine = history.chosen == (_NOBODY if nobody else row)
         spans = list(zip(starts[mine].tolist(), (history.episode - starts)[mine].tolist(), strict=True))
-        look = {"facecolor": "0.8", "hatch": "////"} if nobody else {"facecolor": BLUE}
-        axes.broken_barh(spans, (place - 0.38, 0.76), edgecolor="white", linewidth=edge, **look)  # type: ignore[arg-type]
+        look: dict[str, Any] = {"facecolor": "0.8", "hatch": "////"} if nobody else {"facecolor": BLUE}
+        axes.broken_barh(spans, (place - 0.38, 0.76), edgecolor="white", linewidth=edge, **look)
     axes.set_yticks(range(len(rows)), [*(f"agent {agent}" for agent in agents), "none or mixture"])
     for place, row in enumerate(rows):
         part = percent(counts[row] / counts.sum())
