@@ -8,10 +8,10 @@ from tests.reference.rng import Stream
 from benchmarks import c_peer
 from benchmarks.timing import Row, compare, seconds
 from tuckerl.learners.dyna_h import DynaH
-from tuckerl.learners.learner import Learner
 from tuckerl.learners.q_learning import QLearning
 from tuckerl.problems.maze import random_maze
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.training.learner import Learner
 
 EPISODES, TWIN_EPISODES = 1000, 3
 
@@ -56,7 +56,7 @@ def _twin_row(problem: TabularMDP, planning_steps: int, what: str, updates: floa
             *(world, Stream(0, 0), 0.1, 0.95, 0.1, 1.0, "random", zeros),
             heuristic=heuristic,
             planning_steps=planning_steps,
-            walk="trajectory",
+            search_control="trajectory",
         )
         return sum(learner.episode(np.ones(problem.n_actions))[0] for _ in range(TWIN_EPISODES))
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.timing import Row, compare
 from tuckerl import QLearning, SarsaLambda
-from tuckerl.learners.learner import Learner
+from tuckerl.training.learner import Learner
 
 N_STEPS = 20_000
 ENVIRONMENTS: dict[str, dict[str, Any]] = {"MountainCar-v0": {"bins": 20}, "Blackjack-v1": {}}

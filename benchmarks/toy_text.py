@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.peer_environment import own_python
 from benchmarks.timing import Row, compare, seconds
 from tuckerl import QLearning, TabularMDP
-from tuckerl.problems.tables import lifted_table
+from tuckerl.adapters.transition_tables import extract_transition_table
 
 EPISODES = {"FrozenLake8x8-v1": 30_000, "CliffWalking-v1": 50_000, "Taxi-v4": 50_000}  # a million steps and more
 PEER_STEPS = 20_000
@@ -52,7 +52,7 @@ def _rows(name: str) -> list[Row]:
 
 def _lifted(name: str) -> TabularMDP:
     env = gymnasium.make(name)
-    problem = lifted_table(env.unwrapped)
+    problem = extract_transition_table(env.unwrapped)
     if problem is None or env.spec is None:
         raise RuntimeError(f"{name} was expected to carry its table")
     return problem.with_time_limit(env.spec.max_episode_steps)

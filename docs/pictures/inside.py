@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import tuckerl
-from tuckerl.reports.inside import inside_of_learner, pictures_inside
+from tuckerl.reports.inspect import inspect_learner, inspection_figures
 
 HERE = Path(__file__).parent
 SHOWN = ("policy", "copied", "state-loadings")
@@ -14,7 +14,7 @@ def main() -> None:
     step = tuckerl.TensorStep(every=10, ranks=(5, 3, 9, 1), share="best")
     maze = tuckerl.sutton_maze()
     agent = tuckerl.QLearning(maze, alpha=0.3, n_agents=3, tensor_step=step, seed=0).learn(episodes=200)
-    for picture in pictures_inside(inside_of_learner(agent)):
+    for picture in inspection_figures(inspect_learner(agent)):
         if picture.name in SHOWN:
             (HERE / f"inside-{picture.name}.png").write_bytes(picture.drawn.png)
 

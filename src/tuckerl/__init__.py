@@ -14,34 +14,34 @@ from typing import TYPE_CHECKING, Any
 
 from tuckerl import errors
 from tuckerl._version import __version__
-from tuckerl.problems import register_environments
+from tuckerl.environments import register_environments
 
 if TYPE_CHECKING:
     from tuckerl import testing
     from tuckerl._jit import kernel
+    from tuckerl.adapters.joint import JointEnv
+    from tuckerl.adapters.quantiles import quantile_edges
+    from tuckerl.adapters.split import SplitEnv
+    from tuckerl.environments.cart_pole import cart_pole
+    from tuckerl.environments.robot_rescue import robot_rescue
     from tuckerl.generalization.step import TensorStep
     from tuckerl.generalization.weights import action_weights
-    from tuckerl.learners.callbacks import Callback
     from tuckerl.learners.dyna_h import DynaH
-    from tuckerl.learners.evaluation import Evaluation
-    from tuckerl.learners.following import Checkpoint, Evaluate, StopOnReturn
     from tuckerl.learners.loading import load
-    from tuckerl.learners.logs import CsvLog, JsonLinesLog
     from tuckerl.learners.q_learning import QLearning
     from tuckerl.learners.sarsa import Sarsa
     from tuckerl.learners.sarsa_lambda import SarsaLambda
-    from tuckerl.learners.schedules import Exponential, Harmonic, Linear
     from tuckerl.learners.team_q import TeamQ
-    from tuckerl.learners.tensorboard import TensorBoard
-    from tuckerl.problems.bins import quantile_edges
-    from tuckerl.problems.cart_pole import cart_pole
-    from tuckerl.problems.joint import JointEnv
     from tuckerl.problems.maze import Maze, random_maze, sutton_maze
     from tuckerl.problems.mdp import TabularMDP
-    from tuckerl.problems.robot_rescue import robot_rescue
     from tuckerl.problems.simulator import Simulator
-    from tuckerl.problems.split import SplitEnv
     from tuckerl.tensor import TuckerDecomposition, fold, mode_product, tucker, unfold
+    from tuckerl.training.callbacks.base import Callback
+    from tuckerl.training.callbacks.following import Checkpoint, Evaluate, StopOnReturn
+    from tuckerl.training.callbacks.logs import CsvLog, JsonLinesLog
+    from tuckerl.training.callbacks.tensorboard import TensorBoard
+    from tuckerl.training.evaluation import Evaluation
+    from tuckerl.training.schedules import Exponential, Harmonic, Linear
 
 __all__ = [
     "Callback",
@@ -85,38 +85,38 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Callback": "learners.callbacks",
-    "Checkpoint": "learners.following",
-    "CsvLog": "learners.logs",
+    "Callback": "training.callbacks.base",
+    "Checkpoint": "training.callbacks.following",
+    "CsvLog": "training.callbacks.logs",
     "DynaH": "learners.dyna_h",
-    "Evaluate": "learners.following",
-    "Evaluation": "learners.evaluation",
-    "Exponential": "learners.schedules",
-    "Harmonic": "learners.schedules",
-    "JointEnv": "problems.joint",
-    "JsonLinesLog": "learners.logs",
-    "Linear": "learners.schedules",
+    "Evaluate": "training.callbacks.following",
+    "Evaluation": "training.evaluation",
+    "Exponential": "training.schedules",
+    "Harmonic": "training.schedules",
+    "JointEnv": "adapters.joint",
+    "JsonLinesLog": "training.callbacks.logs",
+    "Linear": "training.schedules",
     "Maze": "problems.maze",
     "QLearning": "learners.q_learning",
     "Sarsa": "learners.sarsa",
     "SarsaLambda": "learners.sarsa_lambda",
     "Simulator": "problems.simulator",
-    "SplitEnv": "problems.split",
-    "StopOnReturn": "learners.following",
+    "SplitEnv": "adapters.split",
+    "StopOnReturn": "training.callbacks.following",
     "TabularMDP": "problems.mdp",
     "TeamQ": "learners.team_q",
-    "TensorBoard": "learners.tensorboard",
+    "TensorBoard": "training.callbacks.tensorboard",
     "TensorStep": "generalization.step",
     "TuckerDecomposition": "tensor",
     "action_weights": "generalization.weights",
-    "cart_pole": "problems.cart_pole",
+    "cart_pole": "environments.cart_pole",
     "fold": "tensor",
     "kernel": "_jit",
     "load": "learners.loading",
     "mode_product": "tensor",
-    "quantile_edges": "problems.bins",
+    "quantile_edges": "adapters.quantiles",
     "random_maze": "problems.maze",
-    "robot_rescue": "problems.robot_rescue",
+    "robot_rescue": "environments.robot_rescue",
     "sutton_maze": "problems.maze",
     "tucker": "tensor",
     "unfold": "tensor",

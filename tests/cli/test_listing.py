@@ -2,9 +2,9 @@ import pytest
 from rich.console import Console
 
 from tuckerl.cli import listing, main
+from tuckerl.environments import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
 from tuckerl.generalization.sharing import SHARING
 from tuckerl.generalization.weights import WEIGHTINGS
-from tuckerl.problems import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
 from tuckerl.studies.algorithms import ALGORITHMS
 
 

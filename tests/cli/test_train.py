@@ -17,7 +17,7 @@ from gymnasium.wrappers import TimeLimit
 import tuckerl
 from tests.cli.moody_world import ID, Mood, Moody
 from tuckerl.cli import main
-from tuckerl.learners.learner import Learner
+from tuckerl.training.learner import Learner
 
 MOODY = f"tests.cli.moody_world:{ID}"
 LAKE = ["train", "tsarsa-lambda", "FrozenLake-v1", "--set", "alpha=0.2", "--set", "floor=0.1", "--agents", "3"]
@@ -42,8 +42,8 @@ def test_an_agent_is_trained_evaluated_and_shown(tmp_path: Path, capsys: pytest.
     assert status_of(*LAKE, "--episodes", "40", "--out", "lake") == 0
     out, err = capsys.readouterr()
     assert err.splitlines()[0] == (
-        "FrozenLake-v1: its transition table (16 states, 4 actions) is played in compiled code; --set lift=false steps "
-        "the environment instead"
+        "FrozenLake-v1: its transition table (16 states, 4 actions) is played in compiled code; --set compiled=false "
+        "steps the environment instead"
     )
     history = pl.read_parquet("lake/history.parquet")
     assert history.shape == (120, 4)

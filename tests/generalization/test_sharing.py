@@ -84,7 +84,7 @@ def _before_and_after(share: str, n_agents: int = 3) -> tuple[QLearning, FloatAr
 @pytest.mark.parametrize("share", ["max", "min", "best", "random"])
 def test_all_agents_go_on_with_the_chosen_table(share: str) -> None:
     learner, before, norms = _before_and_after(share)
-    chosen = int(learner.step_history.chosen[0])
+    chosen = int(learner.tensor_step_history.chosen[0])
     np.testing.assert_array_equal(learner.q, np.broadcast_to(before[chosen], before.shape))
     if share in ("max", "min"):
         assert chosen == (np.argmax(norms) if share == "max" else np.argmin(norms))
@@ -101,14 +101,14 @@ def test_all_agents_go_on_with_the_mixed_table_entry_by_entry(share: str) -> Non
         for a in range(PROBLEM.n_actions):
             entry = sum(parts[agent] * before[agent, s, a] for agent in range(3))
             np.testing.assert_allclose(learner.q[:, s, a], entry, rtol=1e-14)
-    assert learner.step_history.chosen.tolist() == [-1]
+    assert learner.tensor_step_history.chosen.tolist() == [-1]
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
 def test_without_sharing_tables_stay_apart() -> None:
     learner, before, _ = _before_and_after("none")
     np.testing.assert_array_equal(learner.q, before)
-    assert learner.step_history.chosen.tolist() == [-1]
+    assert learner.tensor_step_history.chosen.tolist() == [-1]
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
@@ -123,7 +123,7 @@ def test_sharing_without_a_decomposition_gives_the_same_tables() -> None:
     assert [step.needs_decomposition for step in steps] == [False, True]
     quick, thorough = (QLearning(PROBLEM, tensor_step=step, **settings).learn(12) for step in steps)
     np.testing.assert_array_equal(quick.q, thorough.q)
-    np.testing.assert_array_equal(quick.step_history.chosen, thorough.step_history.chosen)
+    np.testing.assert_array_equal(quick.tensor_step_history.chosen, thorough.tensor_step_history.chosen)
 
 
 @pytest.mark.parametrize(

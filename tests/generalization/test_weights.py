@@ -35,7 +35,7 @@ def test_omega_of_what_is_no_factor(factor: Any) -> None:
 @pytest.mark.parametrize("rank", [1, 2, 3])
 def test_squares_of_omega_sum_to_one_and_none_exceeds_its_bound(rank: int) -> None:
     step = TensorStep(every=5, ranks=(4, rank, 3, 2))
-    history = QLearning(PROBLEM, n_agents=2, epsilon=0.5, tensor_step=step, seed=3).learn(40).step_history
+    history = QLearning(PROBLEM, n_agents=2, epsilon=0.5, tensor_step=step, seed=3).learn(40).tensor_step_history
     assert (history.ranks[:, 1] == rank).all()
     np.testing.assert_allclose((history.weights**2).sum(axis=1), 1.0, rtol=1e-12)
     assert (history.weights >= 0).all()
@@ -55,8 +55,8 @@ def test_omega_is_one_until_the_first_window_ends_and_changes_at_window_ends_onl
         elif episode % 5:
             np.testing.assert_array_equal(learner.action_weights, before)
         else:
-            np.testing.assert_array_equal(learner.action_weights, learner.step_history.weights[-1])
-    assert learner.step_history.episode.tolist() == [5, 10, 15]
+            np.testing.assert_array_equal(learner.action_weights, learner.tensor_step_history.weights[-1])
+    assert learner.tensor_step_history.episode.tolist() == [5, 10, 15]
     plain = QLearning(PROBLEM, n_agents=2, epsilon=0.5, seed=3).learn(5)
     np.testing.assert_array_equal(_learner(weights, share="none").learn(5).q, plain.q)
 
@@ -69,7 +69,7 @@ def test_each_weighting_is_what_its_name_says() -> None:
     np.testing.assert_allclose(first["relative"], first["paper"] / first["paper"].max(), rtol=1e-15)
     assert first["relative"].max() == 1.0
     np.testing.assert_array_equal(np.sort(first["permuted"]), np.sort(first["paper"]))
-    many = _learner("permuted").learn(60).step_history.weights
+    many = _learner("permuted").learn(60).tensor_step_history.weights
     ranks = {tuple(np.argsort(row)) for row in many}
     assert len(ranks) > 4  # dealt anew in each window
 
@@ -107,7 +107,7 @@ def test_zero_weights_are_exactly_zero_whatever_the_scale(weights: str) -> None:
         warnings.simplefilter("always")
         learner.learn(12)
     assert {warning.category for warning in caught} == {ZeroWeightWarning, RankWarning}
-    assert (learner.step_history.weights[:, 2] == 0.0).all()
+    assert (learner.tensor_step_history.weights[:, 2] == 0.0).all()
 
 
 def test_clipping_warns_once_for_each_learner() -> None:
@@ -122,7 +122,7 @@ def test_clipping_warns_once_for_each_learner() -> None:
 
 
 def test_ranks_that_fit_are_not_clipped() -> None:
-    assert (_learner("paper").learn(30).step_history.ranks == RANKS).all()
+    assert (_learner("paper").learn(30).tensor_step_history.ranks == RANKS).all()
 
 
 def test_a_weights_function() -> None:
@@ -154,9 +154,9 @@ def test_a_window_without_values_leaves_everything_as_it_is(weights: str) -> Non
     expected = np.sqrt(0.5) if weights == "constant" else 1.0  # the control does not ask the tables
     np.testing.assert_allclose(learner.action_weights, np.full(2, expected), rtol=1e-15)
     np.testing.assert_array_equal(learner.q, np.zeros((2, 1, 2)))
-    assert learner.step_history.chosen.tolist() == [-1, -1]
-    assert learner.step_history.ranks.tolist() == [[0] * 4] * 2
-    assert np.isnan(learner.step_history.fit).all()
+    assert learner.tensor_step_history.chosen.tolist() == [-1, -1]
+    assert learner.tensor_step_history.ranks.tolist() == [[0] * 4] * 2
+    assert np.isnan(learner.tensor_step_history.fit).all()
 
 
 @pytest.mark.parametrize("weights", ["paper", "relative", "permuted"])

@@ -85,17 +85,17 @@ class Method(NamedTuple):
 CHOICE = """
 import numpy as np
 from tuckerl.generalization.change_log import empty_log
-from tuckerl.learners.choices import greedy
-from tuckerl.learners.episodes import Agent, Record, Settings
+from tuckerl.training.policies import greedy
+from tuckerl.training.agent_arrays import Agent, Record, Settings
 from tuckerl.learners.q_learning import QMethod
 
 def choose(method):
     nothing, none = np.zeros(0), np.zeros(0, dtype=np.int64)
     record = Record(none, nothing, none, nothing, nothing, 0)
-    forbidden, stream = np.zeros((0, 0), dtype=np.bool_), np.ones(4, dtype=np.uint64)
+    mask, stream = np.zeros((0, 0), dtype=np.bool_), np.ones(4, dtype=np.uint64)
     table = np.array([[1.0, 3.0, 2.0]])
     settings = Settings(0.9, 0.0, True)
-    agent = Agent(method, table, nothing, nothing, forbidden, settings, empty_log(1, 3, 0), record, stream)
+    agent = Agent(method, table, nothing, nothing, mask, settings, empty_log(1, 3, 0), record, stream)
     assert greedy(agent, 0) == 1
 
 choose(QMethod())

@@ -18,7 +18,7 @@ from tests.learners.test_masks import masked_mdp
 from tests.learners.worlds import corridor, drift, random_mdp
 from tests.problems.parallel_worlds import Dice, Leaving, Masked
 from tuckerl import DynaH, Exponential, Harmonic, JointEnv, QLearning, Sarsa, SarsaLambda, TeamQ, TensorStep
-from tuckerl.learners.saved import FORMAT_VERSION
+from tuckerl.training.learner_file import FORMAT_VERSION
 
 STEP = TensorStep(every=4, ranks=(3, 2, 3, 2), floor=0.1)
 MDP = random_mdp(6, n_states=6, n_outcomes=2, random_start=True, limit=20)
@@ -42,15 +42,15 @@ def learners() -> dict[str, Any]:
         "lifted": QLearning(MDP, seed=1, n_agents=2, tensor_step=STEP, alpha=Harmonic(0.5, 20), initial_q=0.25),
         "masked": Sarsa(MASKED, seed=2, epsilon=Exponential(0.9, 0.9, 0.05), ties="first"),
         "dyna": DynaH(corridor(), seed=3, n_agents=2, planning_steps=3, tensor_step=STEP),
-        "team": TeamQ(random_mdp(7, n_actions=6, action_sizes=(2, 3)), seed=4, carry_trace=True, cut=False),
+        "team": TeamQ(random_mdp(7, n_actions=6, action_sizes=(2, 3)), seed=4, carry_trace=True, cut_traces=False),
         "simulator": SarsaLambda(made["simulator"](), seed=5, n_agents=2, carry_trace=True, tensor_step=STEP),
         "generator": SarsaLambda(made["generator"](), seed=6, n_agents=2, carry_trace=True, tensor_step=STEP),
         "reseeded": QLearning(made["reseeded"](), seed=7, n_agents=2),
-        "identified": QLearning("FrozenLake-v1", lift=False, seed=8),
+        "identified": QLearning("FrozenLake-v1", compiled=False, seed=8),
         "binned": QLearning("CartPole-v1", bins=[[-1, 1], [-0.5, 0.5], [-0.1, 0.0, 0.1], [-1, 1]], seed=9),
         "players": QLearning(made["players"](), seed=10, tensor_step=STEP, epsilon=0.5),
         "masked_players": SarsaLambda(made["masked_players"](), seed=11, trace="accumulating", alpha=0.05),
-        "joint": TeamQ(made["joint"](), seed=12, exploration="team", epsilon=0.3),
+        "joint": TeamQ(made["joint"](), seed=12, exploration="joint", epsilon=0.3),
     }
 
 

@@ -9,7 +9,7 @@ from gymnasium import spaces
 from gymnasium.wrappers import TimeLimit
 
 from tuckerl import TabularMDP
-from tuckerl.problems.dyna_maze import DynaMazeEnv
+from tuckerl.environments.dyna_maze import DynaMazeEnv
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.rng import seed_sequence, stream, uniform
 from tuckerl.types import FloatArray, Stream
@@ -49,7 +49,7 @@ class TableEnv(gymnasium.Env[Any, Any]):
     def __init__(self, mdp: TabularMDP, *, with_masks: bool | None = None) -> None:
         self._arrays, self.words = mdp.arrays, stream(seed_sequence(0))
         self._own = True
-        self._with_masks = mdp.arrays.forbidden.size > 0 if with_masks is None else with_masks
+        self._with_masks = mdp.arrays.action_mask.size > 0 if with_masks is None else with_masks
         self._clock, self._limit = 0, mdp.arrays.max_episode_steps
         self.observation_space, self.action_space = spaces.Discrete(mdp.n_states), spaces.Discrete(mdp.n_actions)
         self.state = 0
@@ -63,7 +63,7 @@ class TableEnv(gymnasium.Env[Any, Any]):
         return min(int(np.searchsorted(cumulative, uniform(self.words), side="right")), cumulative.size - 1)
 
     def _info(self) -> dict[str, Any]:
-        return {"action_mask": (~self._arrays.forbidden[self.state]).astype(np.int8)} if self._with_masks else {}
+        return {"action_mask": self._arrays.action_mask[self.state].astype(np.int8)} if self._with_masks else {}
 
     def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[int, dict[str, Any]]:
         if seed is not None and self._own:

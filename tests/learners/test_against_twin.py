@@ -14,7 +14,7 @@ from tests.reference import tensor_step
 from tests.reference.q_learning import QLearner
 from tuckerl import DynaH, QLearning, TabularMDP, TensorStep
 
-Walk = Literal["trajectory", "restart", "random"]
+SearchControl = Literal["trajectory", "restart", "random"]
 
 PROBLEMS = {
     "one outcome": random_mdp(1),
@@ -47,13 +47,13 @@ def test_q_learning_equals_its_twin(name: str, alpha: float, gamma: float) -> No
 @pytest.mark.parametrize("walk", ["trajectory", "restart", "random"])
 @pytest.mark.parametrize("planning_steps", [0, 1, 10])
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_dyna_h_equals_its_twin(name: str, planning_steps: int, walk: Walk) -> None:
+def test_dyna_h_equals_its_twin(name: str, planning_steps: int, walk: SearchControl) -> None:
     problem = PROBLEMS[name]
     alpha, gamma = NUMBERS[planning_steps % 4]
     learner = DynaH(
         problem,
         planning_steps=planning_steps,
-        walk=walk,
+        search_control=walk,
         alpha=alpha,
         gamma=gamma,
         epsilon=1.0,
@@ -67,7 +67,7 @@ def test_dyna_h_equals_its_twin(name: str, planning_steps: int, walk: Walk) -> N
             seed=8,
             agent=agent,
             planning_steps=planning_steps,
-            walk=walk,
+            search_control=walk,
             alpha=alpha,
             gamma=gamma,
             epsilon=1.0,
@@ -130,7 +130,7 @@ def _compare_with_step(
         tol=step.tol,
         max_iterations=step.max_iterations,
     )
-    history = learner.step_history
+    history = learner.tensor_step_history
     assert learner.steps.tolist() == steps
     np.testing.assert_allclose(history.weights, [window.omega for window in windows], rtol=0, atol=1e-9)
     np.testing.assert_allclose(learner.action_weights, windows[-1].omega, rtol=0, atol=1e-9)

@@ -13,9 +13,9 @@ from tests.learners.worlds import corridor, random_mdp
 from tuckerl import Callback, Checkpoint, CsvLog, Evaluate, JsonLinesLog, QLearning, StopOnReturn, TensorStep
 from tuckerl.errors import DivergenceWarning, EnvironmentFaultError, ParameterError, ParameterTypeError
 from tuckerl.generalization.sharing import ShareContext
-from tuckerl.learners.callbacks import Followers, Goal
-from tuckerl.learners.learner import Learner
 from tuckerl.learners.q_learning import QMethod
+from tuckerl.training.callbacks.base import CallbackList, Goal
+from tuckerl.training.learner import Learner
 
 PROBLEM = random_mdp(51)
 STEP = TensorStep(every=5, ranks=(2, 2, 2, 1))
@@ -77,7 +77,7 @@ def test_a_window_is_not_told_twice() -> None:
 def test_where_nothing_was_played_nobody_is_called() -> None:
     # An environment that Python steps may have used up its time before the first episode ends.
     diary, learner = Diary(4), QLearning(PROBLEM, seed=1)
-    followers = Followers(learner, [diary], Goal(8, 10**9), progress=False)
+    followers = CallbackList(learner, [diary], Goal(8, 10**9), progress=False)
     learner.learn(4)
     followers.follow()
     followers.follow()
@@ -96,7 +96,7 @@ def test_the_tensor_step_of_a_window_is_done_before() -> None:
     seen: list[tuple[int, int, bool]] = []
 
     def look(learner: Learner) -> None:
-        seen.append((learner.episodes, learner.step_history.episode.size, learner.is_at_rest))
+        seen.append((learner.episodes, learner.tensor_step_history.episode.size, learner.is_saveable))
 
     QLearning(PROBLEM, n_agents=2, tensor_step=STEP, seed=1).learn(10, callbacks=[look])
     assert seen == [(5, 1, True), (10, 2, True)]
@@ -241,7 +241,7 @@ def test_a_share_function_that_raises_delays_its_window() -> None:
     diary, learner = Diary(), QLearning(PROBLEM, n_agents=2, seed=1, tensor_step=step)
     with pytest.raises(ZeroDivisionError):
         learner.learn(9, callbacks=[diary])
-    assert not learner.is_at_rest
+    assert not learner.is_saveable
     learner.learn(2, callbacks=[diary])
     assert diary.calls == [("start", 0), ("end", 5), ("start", 5), *windows(5), ("end", 7)]
 
@@ -266,7 +266,7 @@ def test_after_an_episode_that_broke_off_nobody_is_told_before_the_next_whole_on
         learner.learn(9, callbacks=[diary])
     assert diary.calls == [("start", 0), *windows(2, 4, 6), ("end", 6)]
     assert not learner.is_intact
-    assert not learner.is_at_rest
+    assert not learner.is_saveable
     learner.learn(2, callbacks=[diary])
     assert learner.is_intact
     assert diary.calls[5:] == [("start", 6), *windows(8), ("end", 8)]

@@ -73,4 +73,4 @@ def test_free_teams_are_distributed_as_the_twins_and_not_as_a_faulty_ones() -> N
 
     ours = [float(TeamQ(TEAM, seed=seed, epsilon=0.3).learn(EPISODES).returns.sum()) for seed in range(RUNS)]
     assert ks_2samp(ours, slow()).pvalue > 0.001
-    assert ks_2samp(ours, slow(exploration="team")).pvalue < 1e-3
+    assert ks_2samp(ours, slow(exploration="joint")).pvalue < 1e-3

@@ -132,8 +132,8 @@ def test_a_window_that_is_not_finite_is_not_factorised() -> None:
     step = TensorStep(every=5, ranks=(1, 1, 1, 1))
     learner = QLearning(corridor(3), epsilon=1.0, seed=1, tensor_step=step).learn(9)
     learner._logs[0].row[0, 0] = np.inf
-    before = learner.step_history
+    before = learner.tensor_step_history
     with pytest.warns(DivergenceWarning, match="episode 9"):
         learner.learn(6)
     assert learner.diverged_at == learner.episodes == len(learner.steps) == 9
-    np.testing.assert_array_equal(learner.step_history.weights, before.weights)
+    np.testing.assert_array_equal(learner.tensor_step_history.weights, before.weights)

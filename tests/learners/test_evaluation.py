@@ -13,8 +13,8 @@ from tests.learners.worlds import corridor, drift, random_mdp
 from tests.problems.parallel_worlds import Leaving
 from tuckerl import QLearning, TabularMDP, TensorStep
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, StepCapWarning
-from tuckerl.learners.evaluation import Evaluation, mean_interval
-from tuckerl.learners.learner import Learner
+from tuckerl.training.evaluation import Evaluation, mean_interval
+from tuckerl.training.learner import Learner
 
 PROBLEM = random_mdp(95, n_outcomes=2, random_start=True)
 STEP = TensorStep(every=5, ranks=(4, 2, 3, 1))
@@ -34,7 +34,7 @@ def test_learning_goes_on_as_if_it_had_not_been(learner: type[Learner], step: Te
 @pytest.mark.parametrize("env", ["Blackjack-v1", "Taxi-v4", "tuckerl/RobotRescue-v0"])
 def test_learning_goes_on_in_stepped_environments(env: str) -> None:
     def fresh() -> QLearning:
-        return QLearning(env, lift=False, epsilon=0.5, seed=3)
+        return QLearning(env, compiled=False, epsilon=0.5, seed=3)
 
     watched = fresh().learn(2)
     watched.evaluate(3)

@@ -18,11 +18,13 @@ from tests.learners.test_resume import assert_same
 from tests.learners.worlds import random_mdp
 from tests.problems.parallel_worlds import Leaving
 from tuckerl import Callback, DynaH, JointEnv, QLearning, Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ, TensorStep
+from tuckerl.adapters import gymnasium_problem as stepped
+from tuckerl.adapters import pettingzoo_problem as players
+from tuckerl.adapters import resolve
 from tuckerl.errors import EnvironmentFaultError, ObservationError, SimulatorError, StepCapWarning, TableSizeError
 from tuckerl.generalization.change_log import ENTRIES
 from tuckerl.interrupts import interrupts_held_back, is_impatient
-from tuckerl.learners import evaluation
-from tuckerl.problems import players, resolve, stepped
+from tuckerl.training import evaluation
 
 MDP = random_mdp(5, n_states=6, limit=12, ends=0.05)
 STEP = TensorStep(every=4, ranks=(3, 2, 2, 2), floor=0.1)
@@ -136,7 +138,7 @@ def test_faults_anywhere_leave_nothing_broken(
     assert learner.steps.shape == (18, n_agents)
     assert learner.steps.max() <= 12
     if with_step:
-        assert learner.step_history.episode.tolist() == [4, 8, 12, 16]
+        assert learner.tensor_step_history.episode.tolist() == [4, 8, 12, 16]
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
@@ -172,7 +174,7 @@ def test_a_log_that_is_full_has_room_for_what_an_error_broke_off(tmp_path: Path)
         assert learner._logs[0].cursor[ENTRIES] == 16 == learner._logs[0].state.size
     learner.save(tmp_path / "agent")
     learner.learn(1)
-    assert learner.step_history.episode.tolist() == [4]
+    assert learner.tensor_step_history.episode.tolist() == [4]
 
 
 @pytest.mark.parametrize("reward", [math.nan, math.inf, -math.inf])
@@ -312,7 +314,7 @@ def test_callbacks_see_a_learner_at_rest_only(monkeypatch: pytest.MonkeyPatch) -
             seen.append((learner.episodes, learner._accounts.is_even))
 
     # The second agent falls behind by an error, and is slow to catch up.
-    monkeypatch.setattr("tuckerl.learners.learner._PATIENCE", 0.02)
+    monkeypatch.setattr("tuckerl.training.learner._PATIENCE", 0.02)
     environments = iter([Faulty(), Slow([20, 24, 36])])
     learner = QLearning(lambda: next(environments), seed=3, n_agents=2)
     with pytest.raises(EnvironmentFaultError):
@@ -334,7 +336,7 @@ def test_agents_that_catch_up_after_loading_are_followed_as_if_they_had_not_been
         return learner
 
     never_saved, saved = uneven(), uneven()
-    assert (saved.is_intact, saved.is_at_rest) == (True, False)
+    assert (saved.is_intact, saved.is_saveable) == (True, False)
     saved.save(tmp_path / "agent")
     again = QLearning.load(tmp_path / "agent", env=TableEnv(MDP))
     windows: dict[str, list[int]] = {"never saved": [], "saved": []}

@@ -19,7 +19,7 @@ from tests.learners.worlds import corridor, random_mdp
 from tuckerl import Callback, Checkpoint, Evaluate, QLearning, Sarsa, SarsaLambda, StopOnReturn, TensorStep
 from tuckerl.errors import DivergenceWarning, EnvironmentFaultError, OutputError, ParameterError, ParameterTypeError
 from tuckerl.generalization.sharing import ShareContext
-from tuckerl.learners.learner import Learner
+from tuckerl.training.learner import Learner
 
 PROBLEM = random_mdp(61, n_outcomes=2)
 STEP = TensorStep(every=5, ranks=(2, 2, 2, 1), floor=0.1)
@@ -81,7 +81,7 @@ def test_a_checkpoint_in_a_half_filled_window_goes_on_to_the_last_bit(
 )
 def test_checkpoints_of_stepped_environments_go_on_to_the_last_bit(learner: Any, env: str, tmp_path: Path) -> None:
     def fresh() -> Learner:
-        fresh: Learner = learner(env, lift=False, n_agents=2, epsilon=0.3, seed=3, tensor_step=STEP)
+        fresh: Learner = learner(env, compiled=False, n_agents=2, epsilon=0.3, seed=3, tensor_step=STEP)
         return fresh
 
     fresh().learn(14, callbacks=[Checkpoint(tmp_path / "at{episode}", every=3)])
@@ -191,7 +191,7 @@ KILLED = """
 import sys
 import tuckerl
 step = tuckerl.TensorStep(every=5, ranks=(2, 2, 2, 1), floor=0.1)
-agent = getattr(tuckerl, sys.argv[1])(sys.argv[2], lift=False, n_agents=2, epsilon=0.3, seed=3, tensor_step=step)
+agent = getattr(tuckerl, sys.argv[1])(sys.argv[2], compiled=False, n_agents=2, epsilon=0.3, seed=3, tensor_step=step)
 agent.learn(10**7, callbacks=[tuckerl.Checkpoint(sys.argv[3], every=3)])
 """
 
@@ -212,7 +212,7 @@ def test_what_is_left_after_a_kill_goes_on_to_the_last_bit(learner: Any, env: st
     again = learner.load(path)
     assert again.episodes % 3 == 0
     more = 7
-    whole = learner(env, lift=False, n_agents=2, epsilon=0.3, seed=3, tensor_step=STEP)
+    whole = learner(env, compiled=False, n_agents=2, epsilon=0.3, seed=3, tensor_step=STEP)
     assert_same(again.learn(more), whole.learn(again.episodes))
 
 

@@ -13,7 +13,7 @@ from tests.learners.worlds import random_mdp
 from tests.problems.parallel_worlds import Leaving
 from tuckerl import QLearning, TensorStep
 from tuckerl.errors import ParameterError, ParameterTypeError
-from tuckerl.learners.learner import Learner
+from tuckerl.training.learner import Learner
 
 PROBLEM = random_mdp(91, n_outcomes=2)
 STEPS = {"no step": None, "paper": TensorStep(every=5, ranks=(4, 2, 3, 1))}

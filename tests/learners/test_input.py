@@ -59,8 +59,12 @@ def test_wrong_parameters(parameters: dict[str, Any], error: type[TuckerlError],
     [
         ({"planning_steps": -1}, ParameterError, "planning_steps must be a whole number of at least 0; got -1"),
         ({"planning_steps": 1.0}, ParameterTypeError, "planning_steps .* got 1.0"),
-        ({"walk": "trajectry"}, UnknownNameError, "unknown walk 'trajectry': did you mean 'trajectory'"),
-        ({"walk": "sideways"}, UnknownNameError, "use one of random, restart, trajectory"),
+        (
+            {"search_control": "trajectry"},
+            UnknownNameError,
+            "unknown search_control 'trajectry': did you mean 'trajectory'",
+        ),
+        ({"search_control": "sideways"}, UnknownNameError, "use one of random, restart, trajectory"),
         ({"heuristic": np.zeros(4)}, ProblemError, r"heuristic must be 5 finite numbers.* shape \(4,\)"),
         ({"heuristic": [np.inf] * 5}, ProblemError, "not finite"),
         ({"alpha": 0}, ParameterError, "alpha"),
@@ -98,9 +102,9 @@ def test_wrong_parameters_of_traces(
 @pytest.mark.parametrize(
     ("parameters", "error", "message"),
     [
-        ({"cut": 1}, ParameterTypeError, "cut must be True or False; got 1"),
-        ({"exploration": "nobody"}, UnknownNameError, "unknown exploration 'nobody': use one of members, team"),
-        ({"exploration": 2}, ParameterTypeError, "exploration must be one of members, team; got 2"),
+        ({"cut_traces": 1}, ParameterTypeError, "cut_traces must be True or False; got 1"),
+        ({"exploration": "nobody"}, UnknownNameError, "unknown exploration 'nobody': use one of independent, joint"),
+        ({"exploration": 2}, ParameterTypeError, "exploration must be one of independent, joint; got 2"),
         ({"team": 3}, ParameterTypeError, "TeamQ has no parameter 'team'"),
     ],
 )
@@ -110,8 +114,8 @@ def test_wrong_parameters_of_teams(parameters: dict[str, Any], error: type[Tucke
 
 
 def test_sarsa_lambda_has_no_cut() -> None:
-    with pytest.raises(ParameterTypeError, match="SarsaLambda has no parameter 'cut'"):
-        SarsaLambda(PROBLEM, cut=True)  # type: ignore[call-arg]
+    with pytest.raises(ParameterTypeError, match="SarsaLambda has no parameter 'cut_traces'"):
+        SarsaLambda(PROBLEM, cut_traces=True)  # type: ignore[call-arg]
 
 
 def test_dyna_h_without_any_heuristic() -> None:

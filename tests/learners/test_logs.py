@@ -14,7 +14,7 @@ from tests.learners.counting import countings
 from tests.learners.worlds import random_mdp
 from tuckerl import Callback, Checkpoint, CsvLog, Harmonic, JsonLinesLog, Linear, QLearning, TensorBoard, TensorStep
 from tuckerl.errors import MissingExtraError, OutputError, ParameterError
-from tuckerl.learners.learner import Learner
+from tuckerl.training.learner import Learner
 
 PROBLEM = random_mdp(71, n_outcomes=2)
 STEP = TensorStep(every=5, ranks=(2, 2, 2, 1), floor=0.1)
@@ -213,7 +213,7 @@ def test_tensorboard_shows_the_weights(tmp_path: Path) -> None:
         ["return", "steps", "alpha", "epsilon", "weights/0", "weights/1", "weights/2"]
     )
     for window, episode in enumerate((5, 10)):
-        for action, weight in enumerate(learner.step_history.weights[window]):
+        for action, weight in enumerate(learner.tensor_step_history.weights[window]):
             assert points[f"weights/{action}", episode] == pytest.approx(weight, rel=1e-6)
 
 

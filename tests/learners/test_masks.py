@@ -23,21 +23,20 @@ EPISODES = 8
 
 
 def masks(seed: int, n_states: int, sizes: tuple[int, ...]) -> BoolArray:
-    """Where actions are forbidden: for each member at random, but never all of them."""
+    """Where actions may be taken: for each agent at random, but never none."""
     rng = np.random.default_rng(seed)
     allowed = np.ones((n_states, 1), dtype=np.bool_)
     for size in sizes:
         own = rng.random((n_states, size)) < 0.6
         own[np.arange(n_states), rng.integers(size, size=n_states)] = True
         allowed = (allowed[:, :, None] & own[:, None, :]).reshape(n_states, -1)
-    forbidden: BoolArray = ~allowed
-    return forbidden
+    return allowed
 
 
 def masked_mdp(seed: int, *, n_states: int = 9, sizes: tuple[int, ...] = (4,), **parameters: Any) -> TabularMDP:
     n_actions = int(np.prod(sizes))
     plain = random_mdp(seed, n_states=n_states, n_actions=n_actions, action_sizes=sizes, **parameters)
-    arrays = plain.arrays._replace(forbidden=masks(seed, n_states, sizes))
+    arrays = plain.arrays._replace(action_mask=masks(seed, n_states, sizes))
     return TabularMDP.from_arrays(arrays, n_states, plain.heuristic, plain.action_sizes)
 
 
@@ -75,12 +74,12 @@ def test_greedy_actions_equal_the_twins(made: Any, ties: str) -> None:
     compare(made, problem, alpha=0.5, gamma=0.5, epsilon=0.5, ties=ties, **extra)
 
 
-@pytest.mark.parametrize("exploration", ["members", "team"])
+@pytest.mark.parametrize("exploration", ["independent", "joint"])
 @pytest.mark.parametrize("cut", [False, True])
 def test_members_with_masks_equal_the_twin(exploration: str, cut: bool) -> None:
     for seed in range(3):
         problem = masked_mdp(seed, sizes=(3, 2, 2))
-        compare(TeamQ, problem, alpha=0.1, epsilon=1.0, exploration=exploration, cut=cut, trace="accumulating")
+        compare(TeamQ, problem, alpha=0.1, epsilon=1.0, exploration=exploration, cut_traces=cut, trace="accumulating")
 
 
 @settings(deadline=None, max_examples=40)
@@ -97,7 +96,7 @@ def test_a_forbidden_action_is_never_taken(seed: int, made: Any, epsilon: float,
     step = TensorStep(every=3, ranks=(2, 2, 2, 1), weights="constant", share="best") if with_step else None
     learner = made(problem, seed=seed, epsilon=epsilon, ties=ties, n_agents=2, initial_q=1 / 3, tensor_step=step)
     learner.learn(7)
-    forbidden = problem.arrays.forbidden
+    forbidden = ~problem.arrays.action_mask
     assert (learner.q[:, forbidden] == 1 / 3).all()
     greedy = learner.predict(np.arange(9))[0]
     drawn = [learner.predict(np.arange(9), deterministic=False)[0] for _ in range(20)]
@@ -137,7 +136,7 @@ def test_where_nothing_is_allowed_all_is(made: Any) -> None:
 
 def test_greedy_episodes_keep_to_the_mask() -> None:
     problem = masked_mdp(2)
-    pay = np.where(problem.arrays.forbidden.ravel(), -1e6, 1.0)
+    pay = np.where(problem.arrays.action_mask.ravel(), 1.0, -1e6)
     arrays = problem.arrays._replace(reward=pay)
     learner = QLearning(TabularMDP.from_arrays(arrays, 9), seed=0, initial_q=0.0).learn(1)
     evaluation = learner.evaluate(10)
@@ -148,7 +147,7 @@ def test_members_who_explore_need_masks_of_their_own() -> None:
     # Both may do 0 or 1, but not the same: who explores cannot know.
     mask = [[False, True, True, False]]
     problem = TabularMDP([[0] * 4], [[0.0] * 4], [[True] * 4], action_sizes=(2, 2), action_mask=mask)
-    with pytest.raises(ProblemError, match=r"independent of each other .* in state 0 .* use exploration='team'"):
+    with pytest.raises(ProblemError, match=r"independent of each other .* in state 0 .* use exploration='joint'"):
         TeamQ(problem, seed=0)
-    team = TeamQ(problem, seed=0, exploration="team", epsilon=1.0, initial_q=5.0).learn(50)
+    team = TeamQ(problem, seed=0, exploration="joint", epsilon=1.0, initial_q=5.0).learn(50)
     assert (team.q[0, 0] == 5.0).tolist() == [True, False, False, True]

@@ -14,7 +14,7 @@ from tests.learners.make_saved_files import ENVIRONMENTS, learners
 from tests.learners.worlds import drift
 from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TeamQ
 from tuckerl.errors import SavedFileError
-from tuckerl.learners import saved
+from tuckerl.training import learner_file as saved
 
 FOLDER = Path(__file__).parent / "saved_files"
 LEARNERS: dict[str, Any] = {kind.__name__: kind for kind in (QLearning, Sarsa, SarsaLambda, DynaH, TeamQ)}

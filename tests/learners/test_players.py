@@ -10,24 +10,24 @@ from gymnasium import spaces
 from tests.learners.test_resume import assert_same
 from tests.problems.parallel_worlds import Breaking, Dice, Leaving, Masked, MaskedInObservation, Meeting, Unequal, World
 from tests.reference import tensor_step
-from tests.reference.players import Coding, Game
+from tests.reference.players import Game, SpaceEncoder
 from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TensorStep
+from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.errors import EnvironmentFaultError, ObservationError, ParameterError, ProblemError
-from tuckerl.problems.players import PlayersProblem
 
-UNEQUAL = Coding(
+UNEQUAL = SpaceEncoder(
     lambda agent, seen: int(seen) + 1 if agent == "scout" else int(seen[0]) * 2 + int(seen[1]),
     lambda agent, a: a - 1 if agent == "scout" else np.array([a // 4, a % 4]),
     {"scout": (4, 3), "carrier": (4, 8)},
 )
-WORLDS: dict[str, tuple[Any, Coding | None]] = {
+WORLDS: dict[str, tuple[Any, SpaceEncoder | None]] = {
     "meeting": (Meeting, None),
     "leaving": (Leaving, None),
     "truncated": (lambda: Leaving((2, 1, 3), truncated=("a", "c"), both=("c",)), None),
     "unequal": (Unequal, UNEQUAL),
     "masked": (Masked, None),
     "masked, the first leaves": (lambda: Masked(first=2, truncated=True), None),
-    "masks in observations": (MaskedInObservation, Coding(lambda a, seen: int(seen), lambda a, act: act, {})),
+    "masks in observations": (MaskedInObservation, SpaceEncoder(lambda a, seen: int(seen), lambda a, act: act, {})),
     "dice": (Dice, None),
 }
 SIZES = {"first": (5, 3), "second": (5, 3)}
@@ -48,7 +48,7 @@ def test_forced_actions_equal_the_twin(world: str, sarsa: bool) -> None:
     learner = (Sarsa if sarsa else QLearning)(WORLDS[world][0](), seed=6, alpha=0.3, epsilon=1.0).learn(EPISODES)
     game = game_of(world, seed=6, sarsa=sarsa, alpha=0.3, gamma=0.95, epsilon=1.0, decay=1.0, ties="random")
     played = [game.episode(np.ones(8)) for _ in range(EPISODES)]
-    assert isinstance(learner.problem, PlayersProblem)
+    assert isinstance(learner.problem, PettingZooProblem)
     assert learner.n_agents == 1
     assert learner.q.shape == (len(game.players), learner.problem.n_states, learner.problem.n_actions)
     for place, (name, player) in enumerate(game.players.items()):
@@ -83,8 +83,10 @@ def test_a_tensor_step_over_the_players_tables_equals_its_twin(share: str, world
         players, 10, seed=6, every=4, ranks=(3, 2, 2, 2), sharing=share, floor=0.1, weights="paper"
     )
     assert learner.steps.tolist() == steps
-    assert learner.step_history.chosen.tolist() == [window.chosen for window in windows]
-    np.testing.assert_allclose(learner.step_history.weights, [window.omega for window in windows], rtol=0, atol=1e-9)
+    assert learner.tensor_step_history.chosen.tolist() == [window.chosen for window in windows]
+    np.testing.assert_allclose(
+        learner.tensor_step_history.weights, [window.omega for window in windows], rtol=0, atol=1e-9
+    )
     for place, player in enumerate(players):
         np.testing.assert_allclose(learner.q[place], player.q, rtol=1e-8, atol=1e-9)
 

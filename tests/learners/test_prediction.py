@@ -12,7 +12,7 @@ from tests.learners.worlds import corridor, random_mdp
 from tests.problems.parallel_worlds import Dice, MaskedInObservation, Unequal
 from tuckerl import JointEnv, Linear, QLearning, TabularMDP, TeamQ
 from tuckerl.errors import ObservationError, ParameterTypeError, ProblemError
-from tuckerl.learners.evaluation import mean_interval
+from tuckerl.training.evaluation import mean_interval
 
 
 class Signs(gymnasium.Env[Any, Any]):
@@ -183,5 +183,7 @@ def test_an_environment_that_cannot_be_copied_is_not_evaluated() -> None:
 
 def test_a_lifted_team_says_what_it_observes() -> None:
     team = TeamQ("tuckerl/RobotRescue-v0", seed=0)
-    with pytest.raises(ParameterTypeError, match=r"a state's number; got .*env\.state\(\), or learn with lift=False"):
+    with pytest.raises(
+        ParameterTypeError, match=r"a state's number; got .*env\.state\(\), or learn with compiled=False"
+    ):
         team.predict({"robot_0": 168, "robot_1": 189})

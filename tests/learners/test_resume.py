@@ -9,7 +9,7 @@ import pytest
 from tests.learners.worlds import corridor, drift, random_maze, random_mdp
 from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TabularMDP, TeamQ, TensorStep
 from tuckerl.errors import ParameterError, SavedFileError
-from tuckerl.learners.learner import Learner
+from tuckerl.training.learner import Learner
 
 PROBLEM = random_mdp(31, n_states=9, n_outcomes=2, random_start=True)
 STEPS = {
@@ -25,7 +25,7 @@ LEARNERS = [QLearning, DynaH, Sarsa, SarsaLambda, TeamQ]
 def assert_same(one: Learner, other: Learner) -> None:
     for name in ("q", "steps", "returns", "action_weights"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
-    for ours, theirs in zip(one.step_history, other.step_history, strict=True):
+    for ours, theirs in zip(one.tensor_step_history, other.tensor_step_history, strict=True):
         np.testing.assert_array_equal(ours, theirs)
         assert ours.dtype == theirs.dtype
     for ours, theirs in zip(one.trajectories, other.trajectories, strict=True):
@@ -93,10 +93,10 @@ def test_carried_traces_survive_a_file(
 
 def test_parameters_of_teams_survive_a_file(tmp_path: Path) -> None:
     problem = random_mdp(35, n_actions=6, action_sizes=(3, 2))
-    team = TeamQ(problem, cut=False, exploration="team", lambda_=0.5, bootstrap_terminal=True, seed=1).learn(3)
+    team = TeamQ(problem, cut_traces=False, exploration="joint", lambda_=0.5, bootstrap_terminal=True, seed=1).learn(3)
     team.save(tmp_path / "team")
     again = TeamQ.load(tmp_path / "team")
-    assert (again.cut, again.exploration, again.lambda_, again.trace) == (False, "team", 0.5, "replacing")
+    assert (again.cut_traces, again.exploration, again.lambda_, again.trace) == (False, "joint", 0.5, "replacing")
     assert again.bootstrap_terminal
     assert_same(again.learn(4), team.learn(4))
     by_member = TeamQ(problem, seed=1).learn(3)
@@ -135,7 +135,7 @@ def test_all_parameters_survive_a_file(tmp_path: Path) -> None:
     learner = DynaH(
         problem,
         planning_steps=3,
-        walk="random",
+        search_control="random",
         heuristic=np.arange(7.0),
         gamma=0.5,
         ties="first",
@@ -168,9 +168,9 @@ def test_what_is_handed_out_is_a_copy() -> None:
         before = getattr(learner, name)
         getattr(learner, name)[...] = 99
         np.testing.assert_array_equal(getattr(learner, name), before)
-    learner.step_history.weights[...] = 99
+    learner.tensor_step_history.weights[...] = 99
     learner.trajectories[0][...] = 99
-    assert learner.step_history.weights.max() <= 1
+    assert learner.tensor_step_history.weights.max() <= 1
     assert learner.trajectories[0].max() < 9
 
 

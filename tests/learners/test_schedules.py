@@ -11,7 +11,7 @@ from tests.learners.test_resume import LEARNERS, assert_same
 from tests.learners.worlds import corridor, dyna_twin, random_mdp, sarsa_lambda_twin, sarsa_twin, team_twin, twin
 from tuckerl import DynaH, Exponential, Harmonic, Linear, QLearning, Sarsa, SarsaLambda, TeamQ, TensorStep
 from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
-from tuckerl.learners.schedules import Schedule, as_json, as_schedule, from_json
+from tuckerl.training.schedules import Schedule, as_json, as_schedule, from_json
 
 PROBLEM = random_mdp(81, n_outcomes=2)
 

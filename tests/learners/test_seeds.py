@@ -5,8 +5,8 @@ import pytest
 
 from tests.learners.worlds import random_mdp
 from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TeamQ, TensorStep
-from tuckerl.learners.learner import Learner
 from tuckerl.rng import child
+from tuckerl.training.learner import Learner
 
 PROBLEM = random_mdp(21, n_outcomes=2)
 STEP = TensorStep(every=5, ranks=(2, 2, 1, 1), weights="permuted", share="random", floor=0.1)

@@ -15,11 +15,11 @@ from tests.learners.test_resume import assert_same
 from tests.learners.worlds import random_mdp
 from tests.problems.parallel_worlds import Dice
 from tuckerl import DynaH, JointEnv, QLearning, Sarsa, SarsaLambda, TabularMDP, TeamQ, TensorStep
+from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
+from tuckerl.environments.dyna_maze import DynaMazeEnv
+from tuckerl.environments.robot_rescue_env import RobotRescueEnv
 from tuckerl.errors import ParameterError, SavedFileError
-from tuckerl.problems.dyna_maze import DynaMazeEnv
 from tuckerl.problems.maze import sutton_maze
-from tuckerl.problems.robot_rescue_env import RobotRescueEnv
-from tuckerl.problems.stepped import SteppedProblem
 
 STEP = TensorStep(every=4, ranks=(3, 2, 2, 1), floor=0.2)
 LEARNERS: dict[str, tuple[Any, dict[str, Any]]] = {
@@ -54,13 +54,15 @@ def test_deterministic_environments_are_learned_as_their_tables_are(
     name: str, env: str, n_agents: int, step: TensorStep | None
 ) -> None:
     learners = []
-    for lift in (True, False):
+    for compiled in ("auto", False):
         problem_env = DETERMINISTIC[env]
         n_states = problem_env().observation_space.n  # type: ignore[attr-defined]  # Discrete
-        learners.append(made(name, problem_env, n_states, n_agents=n_agents, tensor_step=step, lift=lift).learn(9))
+        learners.append(
+            made(name, problem_env, n_states, n_agents=n_agents, tensor_step=step, compiled=compiled).learn(9)
+        )
     lifted, stepped = learners
     assert isinstance(lifted.problem, TabularMDP)
-    assert isinstance(stepped.problem, SteppedProblem)
+    assert isinstance(stepped.problem, GymnasiumProblem)
     assert_learned_alike(lifted, stepped)
 
 
@@ -80,22 +82,22 @@ def test_a_table_on_the_learners_own_stream_is_learned_alike_in_python(
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
-@pytest.mark.parametrize("exploration", ["members", "team"])
+@pytest.mark.parametrize("exploration", ["independent", "joint"])
 @pytest.mark.parametrize(("n_agents", "step"), [(1, None), (2, STEP)])
 def test_teams_learn_alike_lifted_and_stepped(exploration: Any, n_agents: int, step: TensorStep | None) -> None:
     lifted, stepped = (
         TeamQ(
             lambda: RobotRescueEnv(".H.\nATB", max_cycles=40),
-            lift=lift,
+            compiled=compiled,
             n_agents=n_agents,
             tensor_step=step,
             exploration=exploration,
             seed=1,
         ).learn(8)
-        for lift in (True, False)
+        for compiled in ("auto", False)
     )
-    assert isinstance(stepped.problem, SteppedProblem)
-    assert stepped.problem.members == ("robot_0", "robot_1")
+    assert isinstance(stepped.problem, GymnasiumProblem)
+    assert stepped.problem.agents == ("robot_0", "robot_1")
     assert_learned_alike(lifted, stepped)
 
 
@@ -121,7 +123,7 @@ def test_a_team_reward_is_refused_where_there_is_one_reward_only(env: Any) -> No
 def test_a_wrapper_that_changes_rewards_changes_what_is_learned() -> None:
     doubled = QLearning(lambda: TimeLimit(TransformReward(cliff(), lambda reward: 2.0 * float(reward)), 40), seed=2)
     plain = QLearning(cliff, seed=2)
-    assert isinstance(doubled.problem, SteppedProblem)
+    assert isinstance(doubled.problem, GymnasiumProblem)
     # Doubling is exact, so greedy actions are the same ones.
     np.testing.assert_array_equal(doubled.learn(5).q, 2 * plain.learn(5).q)
 
@@ -138,11 +140,11 @@ class Backwards(DynaMazeEnv):
 
 
 def test_an_environment_of_ours_that_a_user_has_altered_is_stepped() -> None:
-    assert isinstance(QLearning(lambda: TimeLimit(Backwards(), 30)).problem, SteppedProblem)
+    assert isinstance(QLearning(lambda: TimeLimit(Backwards(), 30)).problem, GymnasiumProblem)
     maze = sutton_maze()
     env = DynaMazeEnv(maze.walls, start=maze.start, goal=maze.goal)
     env.step = lambda action: (0, 0.0, True, False, {})  # type: ignore[method-assign]
-    assert isinstance(QLearning(env).problem, SteppedProblem)
+    assert isinstance(QLearning(env).problem, GymnasiumProblem)
 
 
 def test_truncation_bootstraps_and_termination_does_not() -> None:
@@ -201,13 +203,15 @@ def test_going_on_equals_never_having_stopped(
 
 def test_what_has_an_id_is_made_again_by_it(tmp_path: Path) -> None:
     def fresh() -> QLearning:
-        return QLearning("FrozenLake-v1", lift=False, seed=3, n_agents=2)
+        return QLearning("FrozenLake-v1", compiled=False, seed=3, n_agents=2)
 
     again = go_on_through_files(fresh(), tmp_path / "agent", None, (2, 3))
     assert_same(again, fresh().learn(5))
-    team = TeamQ("tuckerl/RobotRescue-v0", lift=False, seed=3).learn(1)
+    team = TeamQ("tuckerl/RobotRescue-v0", compiled=False, seed=3).learn(1)
     team.save(tmp_path / "team")
-    assert_same(TeamQ.load(tmp_path / "team").learn(1), TeamQ("tuckerl/RobotRescue-v0", lift=False, seed=3).learn(2))
+    assert_same(
+        TeamQ.load(tmp_path / "team").learn(1), TeamQ("tuckerl/RobotRescue-v0", compiled=False, seed=3).learn(2)
+    )
 
 
 def test_bins_survive_a_file(tmp_path: Path) -> None:
@@ -269,6 +273,6 @@ def test_what_cannot_be_copied_needs_a_callable() -> None:
 
 
 def test_a_learned_lake_is_crossed_both_ways() -> None:
-    for lift in (True, False):
-        learner = QLearning(dry_lake, lift=lift, alpha=0.5, initial_q=1.0, epsilon=0.1, seed=0).learn(300)
+    for compiled in ("auto", False):
+        learner = QLearning(dry_lake, compiled=compiled, alpha=0.5, initial_q=1.0, epsilon=0.1, seed=0).learn(300)
         assert learner.evaluate(3).returns.tolist() == [[1.0]] * 3

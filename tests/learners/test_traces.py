@@ -12,9 +12,9 @@ from tests.learners.worlds import agent_of, drift, random_mdp
 from tuckerl import QLearning, Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ
 from tuckerl.errors import SimulatorError
 from tuckerl.learners import traces as module
-from tuckerl.learners.learner import Learner
 from tuckerl.learners.team_q import Team, team_action
-from tuckerl.learners.traces import ERA, ROWS
+from tuckerl.learners.traces import EPOCH, ROWS
+from tuckerl.training.learner import Learner
 
 HALVES: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "seed": 0}
 
@@ -118,7 +118,7 @@ def test_a_cut_by_hand() -> None:
     for seed in range(20):
         for cut in (True, False):
             made = TeamQ(
-                problem, cut=cut, lambda_=1.0, alpha=0.5, gamma=0.5, epsilon=1.0, initial_q=table, seed=seed
+                problem, cut_traces=cut, lambda_=1.0, alpha=0.5, gamma=0.5, epsilon=1.0, initial_q=table, seed=seed
             ).learn(1)
             first = float(made.q[0, 0].max())
             greedy = made.q[0, 1, 0] != 1.0
@@ -169,7 +169,7 @@ def test_bootstrap_terminal_means_the_same_to_all() -> None:
 
 
 def test_members_explore_on_their_own() -> None:
-    team = Team(np.array([3, 2]), np.zeros(2, dtype=np.int64), cut=True)
+    team = Team(np.array([3, 2]), np.zeros(2, dtype=np.int64), cut_traces=True)
     agent, counts = agent_of(np.array([[0.0, 0, 0, 1, 0, 0]]), seed=1), np.zeros(6)
     for _ in range(20_000):
         counts[team_action(team, agent, 0, 0.5)] += 1
@@ -184,7 +184,7 @@ def test_nothing_is_pending_after_learning(learner: Any, carry_trace: bool) -> N
     made = learner(random_mdp(63, limit=700, ends=0.001), carry_trace=carry_trace, seed=1).learn(3)
     traces = made._traces[0]
     assert traces.clock.tolist() == [1.0, 0.0, 0.0]
-    assert traces.cursor[ERA] == 0
+    assert traces.cursor[EPOCH] == 0
     assert not traces.seen[1 : traces.cursor[ROWS] + 1].any()
     assert (traces.cursor[ROWS] > 0) == carry_trace
 
@@ -199,7 +199,7 @@ def test_rows_are_bounded_by_the_length_of_a_trace_not_by_the_states(monkeypatch
     assert 900 < alive < 1000
     # The slots that were ever used: those alive, and as many as 40 eras of 27 steps add before they are looked through.
     used = int((learner._traces[0].state > 0).sum())
-    assert alive <= used < alive + module._N_ERAS * 27 + 27
+    assert alive <= used < alive + module._N_EPOCHS * 27 + 27
 
 
 def test_updates_per_step_do_not_grow_with_the_states() -> None:
@@ -209,12 +209,12 @@ import numpy as np
 import tuckerl.learners.sarsa_lambda as sarsa_lambda, tuckerl.learners.traces as traces
 from tuckerl import SarsaLambda, TabularMDP
 calls = 0
-plain = traces.bring_up_to_date
-def counted(traces, q, rates, log, state):
+plain = traces.sync_row
+def counted(traces, q, step_sizes, log, state):
     global calls
     calls += traces.slot[state] > 0
-    plain(traces, q, rates, log, state)
-traces.bring_up_to_date = sarsa_lambda.bring_up_to_date = counted
+    plain(traces, q, step_sizes, log, state)
+traces.sync_row = sarsa_lambda.sync_row = counted
 for n_states in (100, 10_000):
     rng = np.random.default_rng(0)
     ends = np.zeros((n_states, 2), dtype=bool)

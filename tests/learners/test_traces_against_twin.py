@@ -112,7 +112,7 @@ def test_long_episodes_equal_the_sweep(learner: str, trace: str, carry_trace: bo
     for gamma, lambda_ in [(0.95, 0.95), (0.7, 0.1), (0.999, 1.0)]:
         parameters: dict[str, Any] = {"alpha": 0.05, "gamma": gamma, "lambda_": lambda_, "trace": trace}
         if learner == "TeamQ":
-            parameters["cut"] = False
+            parameters["cut_traces"] = False
         compare(MADE[learner], problem, 2, epsilon=1.0, carry_trace=carry_trace, **parameters)
 
 
@@ -143,7 +143,7 @@ def test_a_pair_without_a_trace_does_not_meet_its_rows_large_errors(learner: str
     problem = TabularMDP([[0, 1], [1, 1]], [[1e6, 1e-6], [1e-6, 1e-6]], [[False, False], [True, True]])
     parameters: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "lambda_": 0.9, "epsilon": 1.0}
     if learner == "TeamQ":
-        parameters["cut"] = False
+        parameters["cut_traces"] = False
     for seed in range(10):
         learned = MADE[learner](problem, seed=seed, **parameters).learn(1).q[0]
         slow = TWINS[MADE[learner]](problem, seed=seed, **parameters)
@@ -155,7 +155,7 @@ DYADIC: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "ties": "first", "epsilon"
 
 
 @pytest.mark.parametrize("cut", [False, True])
-@pytest.mark.parametrize("exploration", ["members", "team"])
+@pytest.mark.parametrize("exploration", ["independent", "joint"])
 @pytest.mark.parametrize("ties", ["first", "random"])
 def test_greedy_teams_and_cuts_equal_the_twin(ties: str, exploration: str, cut: bool) -> None:
     # Few powers of two are added, so nothing is rounded and greedy actions may be compared as well.
@@ -167,7 +167,7 @@ def test_greedy_teams_and_cuts_equal_the_twin(ties: str, exploration: str, cut: 
         max_episode_steps=8,
         action_sizes=(3, 2),
     )
-    parameters = DYADIC | {"ties": ties, "exploration": exploration, "cut": cut, "lambda_": 0.5}
+    parameters = DYADIC | {"ties": ties, "exploration": exploration, "cut_traces": cut, "lambda_": 0.5}
     (slow,) = compare(TeamQ, problem, 5, **parameters)
     assert isinstance(slow, TeamQLearner)
     assert (slow.n_cuts > 0) == cut
@@ -197,8 +197,10 @@ def _played_with_step(made: type[Any], problem: TabularMDP, step: TensorStep, n_
         floor=step.floor,
     )
     assert learner.steps.tolist() == steps
-    assert learner.step_history.chosen.tolist() == [window.chosen for window in windows]
-    np.testing.assert_allclose(learner.step_history.weights, [window.omega for window in windows], rtol=0, atol=1e-9)
+    assert learner.tensor_step_history.chosen.tolist() == [window.chosen for window in windows]
+    np.testing.assert_allclose(
+        learner.tensor_step_history.weights, [window.omega for window in windows], rtol=0, atol=1e-9
+    )
     for agent, slow in enumerate(twins):
         # The weights themselves agree to 1e-9 only: decompositions differ.
         np.testing.assert_allclose(learner.q[agent], slow.q, rtol=1e-8, atol=1e-9)

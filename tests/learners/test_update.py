@@ -24,7 +24,7 @@ def one_way(length: int, limit: int = 100) -> TabularMDP:
 def test_one_update_by_hand() -> None:
     q = np.array([[1.0, 2.0], [4.0, 3.0]])
     agent = agent_of(q)
-    agent.rates[:] = 1.0, 0.25
+    agent.step_sizes[:] = 1.0, 0.25
     # 2 + 0.25 (1 + 0.5 x 4 - 2) = 2.25
     assert update(agent, 0, 1, 1.0, 0.5, 1) == 2.25
     np.testing.assert_array_equal(q, [[1.0, 2.25], [4.0, 3.0]])
@@ -64,7 +64,7 @@ def test_dyna_h_plans_with_the_farthest_action() -> None:
         max_episode_steps=1,
         heuristic=[1.0, 5.0, 0.0],
     )
-    learner = DynaH(problem, planning_steps=1, walk="restart", alpha=0.5, gamma=0.0, epsilon=1.0, seed=3)
+    learner = DynaH(problem, planning_steps=1, search_control="restart", alpha=0.5, gamma=0.0, epsilon=1.0, seed=3)
     q = np.zeros(3)
     tried: set[int] = set()
     for _ in range(30):

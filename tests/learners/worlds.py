@@ -14,8 +14,8 @@ from tests.reference.team_q import TeamQLearner
 from tuckerl import Maze, Simulator, TabularMDP
 from tuckerl.errors import MazeError
 from tuckerl.generalization.change_log import empty_log
-from tuckerl.learners.episodes import Agent, Record, Settings
 from tuckerl.rng import seed_sequence, stream, uniform
+from tuckerl.training.agent_arrays import Agent, Record, Settings
 from tuckerl.types import FloatArray
 from tuckerl.types import Stream as Words
 
@@ -41,7 +41,7 @@ def world_of(mdp: TabularMDP) -> World:
         outcomes.append(row)
     starts = np.diff(np.concatenate([[0.0], arrays.start_cumulative])).tolist()
     start = [(p, int(s)) for p, s in zip(starts, arrays.start_state, strict=True)]
-    return World(outcomes, start, mdp.max_episode_steps or UNLIMITED, arrays.forbidden.tolist())
+    return World(outcomes, start, mdp.max_episode_steps or UNLIMITED, arrays.action_mask.tolist())
 
 
 class SimulatorWorld:
@@ -96,15 +96,17 @@ def random_mdp(
     )
 
 
-def agent_of(q: FloatArray, *, seed: int = 0, forbidden: Any = None, random_ties: bool = True) -> Agent:
+def agent_of(q: FloatArray, *, seed: int = 0, action_mask: Any = None, random_ties: bool = True) -> Agent:
     """An agent as kernels read it, with a table and without a method, an episode or a log."""
     nothing, none = np.zeros(0), np.zeros(0, dtype=np.int64)
     return Agent(
         method=None,
         q=q,
         weights=np.ones(q.shape[1]),
-        rates=np.zeros(q.shape[1]),
-        forbidden=np.zeros((0, 0), dtype=np.bool_) if forbidden is None else np.asarray(forbidden, dtype=np.bool_),
+        step_sizes=np.zeros(q.shape[1]),
+        action_mask=np.zeros((0, 0), dtype=np.bool_)
+        if action_mask is None
+        else np.asarray(action_mask, dtype=np.bool_),
         settings=Settings(gamma=0.95, terminal_discount=0.0, random_ties=random_ties),
         log=empty_log(q.shape[0], q.shape[1], 0),
         record=Record(none, nothing, none, nothing, nothing, 0),
@@ -191,7 +193,7 @@ def dyna_twin(
     seed: int,
     agent: int = 0,
     planning_steps: int = 10,
-    walk: str = "trajectory",
+    search_control: str = "trajectory",
     farthest: bool = True,
     alpha: float = 0.1,
     gamma: float = 0.95,
@@ -213,7 +215,7 @@ def dyna_twin(
         np.zeros((mdp.n_states, mdp.n_actions)) + initial_q,
         heuristic=mdp.heuristic,
         planning_steps=planning_steps,
-        walk=walk,
+        search_control=search_control,
         farthest=farthest,
     )
 
@@ -269,13 +271,13 @@ def team_twin(
     trace: str = "replacing",
     carry_trace: bool = False,
     bootstrap_terminal: bool = False,
-    cut: bool = True,
-    exploration: str = "members",
+    cut_traces: bool = True,
+    exploration: str = "independent",
     **settings: Any,
 ) -> TeamQLearner:
     """The twin of ``TeamQ(problem, ...)``'s team."""
     sizes: tuple[int, ...] = (problem.n_actions,)
-    if isinstance(problem, TabularMDP) and exploration == "members":
+    if isinstance(problem, TabularMDP) and exploration == "independent":
         sizes = problem.action_sizes
     return TeamQLearner(
         *_common(problem, **settings),
@@ -284,5 +286,5 @@ def team_twin(
         carry_trace=carry_trace,
         bootstrap_terminal=bootstrap_terminal,
         sizes=sizes,
-        cut=cut,
+        cut_traces=cut_traces,
     )

@@ -11,7 +11,7 @@ from gymnasium.spaces import Box, Discrete
 import tuckerl
 from tuckerl import quantile_edges
 from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError, SpaceError, UnknownNameError
-from tuckerl.problems.coding import coding
+from tuckerl.spaces.encoder import space_encoder
 
 
 class Ramp(gymnasium.Env[Any, Any]):
@@ -49,7 +49,7 @@ def test_quantiles_by_hand() -> None:
     assert edges[0].tolist() == np.quantile(seen, [0.2, 0.4, 0.6, 0.8]).tolist()[1:]  # the first, 0, has none below
     assert edges[1].tolist() == []  # always 7
     assert edges[2].tolist() == []  # one bin
-    assert coding(env.observation_space, edges).sizes == (4, 1, 1)
+    assert space_encoder(env.observation_space, edges).sizes == (4, 1, 1)
 
 
 def test_bins_fill_evenly() -> None:
@@ -63,7 +63,7 @@ def test_bins_fill_evenly() -> None:
         seen.append(observation)
         if terminated or truncated:
             seen.append(env.reset()[0])
-    code = coding(env.observation_space, edges)
+    code = space_encoder(env.observation_space, edges)
     assert code.layout == (5, 5)
     rows, columns = np.divmod(code.encode_many(np.array(seen)), 5)
     assert np.bincount(rows, minlength=5).min() > 0.1 * len(seen)

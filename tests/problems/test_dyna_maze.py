@@ -12,12 +12,12 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
+from tuckerl.environments import ENVIRONMENTS, register_environments
+from tuckerl.environments.dyna_maze import DynaMazeEnv
+from tuckerl.environments.maze_view import AGENT, GOAL, PATH, START
+from tuckerl.environments.raster import FREE, GRID, WALL
 from tuckerl.errors import MazeError, ParameterError, ParameterTypeError, UnknownNameError
-from tuckerl.problems import ENVIRONMENTS, register_environments
-from tuckerl.problems.dyna_maze import DynaMazeEnv
 from tuckerl.problems.maze import MOVES, Cell, Maze, random_maze, sutton_maze
-from tuckerl.problems.maze_view import AGENT, GOAL, PATH, START
-from tuckerl.problems.raster import FREE, GRID, WALL
 
 ID = "tuckerl/DynaMaze-v0"
 UP, DOWN, LEFT, RIGHT = range(4)

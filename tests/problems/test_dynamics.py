@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from tuckerl.problems.dynamics import reset, step
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.rng import seed_sequence, stream
+from tuckerl.training.dynamics import reset, step
 from tuckerl.types import Stream
 
 DRAWS = 6000

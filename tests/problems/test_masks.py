@@ -10,9 +10,9 @@ import pytest
 from gymnasium.spaces import Box, Dict, Discrete, MultiBinary, MultiDiscrete, Tuple
 
 from tests.problems.parallel_worlds import Masked
+from tuckerl.adapters.joint import JointEnv
+from tuckerl.adapters.masks import MaskReader, observation_part
 from tuckerl.errors import ObservationError, SpaceError
-from tuckerl.problems.joint import JointEnv
-from tuckerl.problems.masks import MaskReader, observation_part
 
 CLASSIC = Dict({"observation": Discrete(9), "action_mask": MultiBinary(3)})
 

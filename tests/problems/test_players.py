@@ -6,16 +6,16 @@ import pytest
 from gymnasium import spaces
 
 from tests.problems.parallel_worlds import Leaving, Masked, Meeting, Unequal, altered
+from tuckerl.adapters.pettingzoo_problem import PettingZooProblem, PettingZooWorld, step_together
+from tuckerl.adapters.python_world import TERMINATED, TRUNCATED
 from tuckerl.errors import EnvironmentFaultError, ProblemError, SpaceError
-from tuckerl.problems.players import PlayersProblem, PlayersWorld, step_together
-from tuckerl.problems.python_world import TERMINATED, TRUNCATED
 from tuckerl.rng import seed_sequence
 
 
-def world_of(env: Any) -> PlayersWorld:
-    world = PlayersProblem(env, "world").world()
-    world.begin(seed_sequence(1))
-    world.allow(60.0)
+def world_of(env: Any) -> PettingZooWorld:
+    world = PettingZooProblem(env, "world").world()
+    world.seed(seed_sequence(1))
+    world.set_deadline(60.0)
     return world
 
 
@@ -39,20 +39,20 @@ def test_all_agents_act_at_once() -> None:
 
 
 def test_the_largest_agent_sizes_all_tables() -> None:
-    problem = PlayersProblem(Unequal(), "unequal")
+    problem = PettingZooProblem(Unequal(), "unequal")
     assert (problem.n_states, problem.n_actions, problem.are_equal) == (4, 8, False)
     assert problem.has_masks, "places that the scout has not got are forbidden"
-    scout, carrier = problem.world().forbidden
-    assert scout[:, 3:].all()
-    assert not scout[:, :3].any()
-    assert not carrier.any()
-    assert repr(problem) == "PlayersProblem(unequal, 2 agents, 4 states, 8 actions, max_episode_steps=100000)"
+    scout, carrier = problem.world().action_masks
+    assert not scout[:, 3:].any()
+    assert scout[:, :3].all()
+    assert carrier.all()
+    assert repr(problem) == "PettingZooProblem(unequal, 2 agents, 4 states, 8 actions, max_episode_steps=100000)"
 
 
 def test_masks_are_each_agents_own() -> None:
     world = world_of(Masked())
     step_together(world.arrays, True)
-    assert [table[0].tolist() for table in world.forbidden] == [[True, False, False], [False, True, False]]
+    assert [table[0].tolist() for table in world.action_masks] == [[False, True, True], [True, False, True]]
 
 
 def test_an_agent_that_has_left_need_not_be_observed() -> None:
@@ -66,7 +66,7 @@ def test_an_agent_that_has_left_need_not_be_observed() -> None:
     world = world_of(altered(env, step=forgetful))
     step_together(world.arrays, True)
     step_together(world.arrays, False)
-    world.check()
+    world.raise_pending()
     assert world.arrays.end.tolist() == [TERMINATED, 0]
     assert world.arrays.state.tolist() == [0, 1]
 
@@ -98,7 +98,7 @@ def test_rules_that_are_broken_are_named() -> None:
             world.arrays.action[:] = 1
             step_together(world.arrays, False)
         with pytest.raises(EnvironmentFaultError, match=message):
-            world.check()
+            world.raise_pending()
     env = later(Meeting())
     strict = env.step
     env.step = lambda actions: strict({"west": actions["west"], "east": 1})
@@ -111,18 +111,18 @@ def test_rules_that_are_broken_are_named() -> None:
     with pytest.raises(
         EnvironmentFaultError, match="agents must be there from an episode's beginning; east came later"
     ):
-        world.check()
+        world.raise_pending()
 
 
 def test_environments_that_do_not_name_their_agents_are_refused() -> None:
     env = Meeting()
     del env.possible_agents
     with pytest.raises(ProblemError, match="must list all agents that it may have as `possible_agents`"):
-        PlayersProblem(env, "meeting")
+        PettingZooProblem(env, "meeting")
 
 
 def test_spaces_are_named_by_their_agent() -> None:
     env = Meeting()
     env.action_spaces["east"] = spaces.Box(-1.0, 1.0)
     with pytest.raises(SpaceError, match="action of east must be one of finitely many"):
-        PlayersProblem(env, "meeting")
+        PettingZooProblem(env, "meeting")

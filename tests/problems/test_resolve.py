@@ -11,19 +11,19 @@ from gymnasium.wrappers import OrderEnforcing, TimeLimit, TransformReward
 from pettingzoo.utils import BaseParallelWrapper, parallel_to_aec
 from pettingzoo.utils.wrappers import MultiEpisodeParallelEnv
 
+from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
+from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
+from tuckerl.adapters.python_world import STEP_CAP
+from tuckerl.adapters.resolve import Agents, Problem, Reading, as_problem
+from tuckerl.environments.dyna_maze import DynaMazeEnv
+from tuckerl.environments.robot_rescue_env import RobotRescueEnv
 from tuckerl.errors import MazeError, ParameterError, ParameterTypeError, ProblemError, SpaceError, UnknownNameError
-from tuckerl.problems.dyna_maze import DynaMazeEnv
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.players import PlayersProblem
-from tuckerl.problems.python_world import STEP_CAP
-from tuckerl.problems.resolve import Agents, Problem, Reading, as_problem
-from tuckerl.problems.robot_rescue_env import RobotRescueEnv
-from tuckerl.problems.stepped import SteppedProblem
 
 ID = "tuckerl/DynaMaze-v0"
 TEAM_ID = "tuckerl/RobotRescue-v0"
-TEAM = Reading(Agents.TEAM)
+TEAM = Reading(Agents.JOINT)
 
 
 def table_of(problem: Problem) -> Any:
@@ -99,7 +99,7 @@ def test_what_a_callable_made_is_closed_when_it_is_refused(watched: type[Watched
     with pytest.raises(ParameterError, match="bins are for environments whose observations are a Box"):
         as_problem(lambda: watched(), Reading(bins=3))
     assert watched.closed == 1
-    as_problem(lambda: watched(), Reading(lift=False))
+    as_problem(lambda: watched(), Reading(compiled=False))
     assert watched.closed == 1
 
 
@@ -113,25 +113,25 @@ def test_the_strictest_of_several_time_limits_holds() -> None:
 
 def test_an_environment_without_a_time_limit_gets_a_cap() -> None:
     for env in (gymnasium.make(ID, max_episode_steps=-1), "CliffWalking-v1"):
-        for lift in (True, False):
-            problem = as_problem(env, Reading(lift=lift))
+        for compiled in ("auto", False):
+            problem = as_problem(env, Reading(compiled=compiled))
             assert (problem.max_episode_steps, problem.is_capped) == (STEP_CAP, True)
     assert not as_problem(ID).is_capped
-    assert not as_problem(ID, Reading(lift=False)).is_capped
+    assert not as_problem(ID, Reading(compiled=False)).is_capped
 
 
 def test_what_a_wrapper_may_change_is_stepped() -> None:
     wrapped = as_problem(TimeLimit(TransformReward(gymnasium.make(ID), float), 10))
-    assert isinstance(wrapped, SteppedProblem)
+    assert isinstance(wrapped, GymnasiumProblem)
     assert wrapped.max_episode_steps == 10
-    assert isinstance(as_problem(ObedientTimeLimit(WatchedMaze(), 10)), SteppedProblem)
+    assert isinstance(as_problem(ObedientTimeLimit(WatchedMaze(), 10)), GymnasiumProblem)
 
 
 def test_lifting_can_be_forbidden() -> None:
-    problem = as_problem(ID, Reading(lift=False))
-    assert isinstance(problem, SteppedProblem)
+    problem = as_problem(ID, Reading(compiled=False))
+    assert isinstance(problem, GymnasiumProblem)
     assert (problem.n_states, problem.n_actions, problem.max_episode_steps) == (39 * 36, 4, 2000)
-    assert isinstance(as_problem(TEAM_ID, Reading(Agents.TEAM, lift=False)), SteppedProblem)
+    assert isinstance(as_problem(TEAM_ID, Reading(Agents.JOINT, compiled=False)), GymnasiumProblem)
 
 
 def test_toy_text_is_lifted() -> None:
@@ -140,7 +140,7 @@ def test_toy_text_is_lifted() -> None:
     assert (problem.n_states, problem.max_episode_steps, problem.layout) == (16, 100, (4, 4))
     # The passenger remembers more than the table.
     taxi = as_problem(lambda: gymnasium.make("Taxi-v4", fickle_passenger=True))
-    assert isinstance(taxi, SteppedProblem)
+    assert isinstance(taxi, GymnasiumProblem)
     assert taxi.has_masks
 
 
@@ -209,7 +209,7 @@ def test_parallel_instances_are_not_closed_and_callables_are() -> None:
 
 def test_what_a_parallel_wrapper_may_change_is_stepped() -> None:
     wrapped = BaseParallelWrapper(MultiEpisodeParallelEnv(WatchedRescue(), 2))
-    assert isinstance(as_problem(wrapped, TEAM), SteppedProblem)
+    assert isinstance(as_problem(wrapped, TEAM), GymnasiumProblem)
 
 
 def test_joint_transitions_must_belong_to_the_agents() -> None:
@@ -221,8 +221,8 @@ def test_joint_transitions_must_belong_to_the_agents() -> None:
 
 def test_agents_have_tables_of_their_own_unless_they_are_a_team() -> None:
     problem = as_problem(TEAM_ID)
-    assert isinstance(problem, PlayersProblem)
-    assert problem.players == ("robot_0", "robot_1")
+    assert isinstance(problem, PettingZooProblem)
+    assert problem.agents == ("robot_0", "robot_1")
     assert (problem.n_states, problem.n_actions, problem.are_equal) == (192, 5, True)
 
 

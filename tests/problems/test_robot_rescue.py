@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tests.reference import robot_rescue as reference
+from tuckerl.environments.robot_rescue import first_state, robot_rescue, scene
+from tuckerl.environments.robot_rescue_map import DEFAULT_MAP, RescueMap
 from tuckerl.errors import ParameterError, ProblemError
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.robot_rescue import first_state, robot_rescue, scene
-from tuckerl.problems.robot_rescue_map import DEFAULT_MAP, RescueMap
 from tuckerl.types import BoolArray
 
 LEFT, RIGHT, UP, DOWN, STAY = range(5)

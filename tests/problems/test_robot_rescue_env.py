@@ -24,13 +24,13 @@ from pettingzoo.test.state_test import state_test
 from pettingzoo.utils import parallel_to_aec
 
 from tests.problems.test_robot_rescue import DELIVERY, DOWN, LEFT, RIGHT, STAY, UP
+from tuckerl.environments import PARALLEL_ENVIRONMENTS, register_environments
+from tuckerl.environments.raster import FREE, GRID, WALL
+from tuckerl.environments.robot_rescue import robot_rescue
+from tuckerl.environments.robot_rescue_env import RobotRescueEnv, parallel_env
+from tuckerl.environments.robot_rescue_map import DEFAULT_MAP, RescueMap
+from tuckerl.environments.robot_rescue_view import BAR, DISC, HOUSE, THING, TRIANGLE
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, UnknownNameError
-from tuckerl.problems import PARALLEL_ENVIRONMENTS, register_environments
-from tuckerl.problems.raster import FREE, GRID, WALL
-from tuckerl.problems.robot_rescue import robot_rescue
-from tuckerl.problems.robot_rescue_env import RobotRescueEnv, parallel_env
-from tuckerl.problems.robot_rescue_map import DEFAULT_MAP, RescueMap
-from tuckerl.problems.robot_rescue_view import BAR, DISC, HOUSE, THING, TRIANGLE
 
 ID = "tuckerl/RobotRescue-v0"
 SMALL = "....\n.H..\n.T..\nA..B"

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
+from tuckerl.environments.robot_rescue import robot_rescue
+from tuckerl.environments.robot_rescue_map import RescueMap, as_rescue_map
 from tuckerl.errors import ParameterTypeError, ProblemError
-from tuckerl.problems.robot_rescue import robot_rescue
-from tuckerl.problems.robot_rescue_map import RescueMap, as_rescue_map
 
 SMALL = ".H..\n#...\nAT.B"
 

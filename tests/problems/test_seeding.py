@@ -9,9 +9,9 @@ import pytest
 from gymnasium.wrappers import TransformReward
 
 from tests.problems.parallel_worlds import Dice, Leaving
+from tuckerl.adapters.joint import JointEnv
+from tuckerl.adapters.seeding import EpisodeSeeds, generator_of
 from tuckerl.errors import SavedFileError
-from tuckerl.problems.joint import JointEnv
-from tuckerl.problems.seeding import EpisodeSeeds, generator_of
 
 SEQUENCE = np.random.SeedSequence(5, spawn_key=(2, 0))
 

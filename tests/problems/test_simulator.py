@@ -16,11 +16,11 @@ import pytest
 
 import tuckerl
 from tuckerl._jit import kernel
+from tuckerl.environments.cart_pole import cart_pole
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, SimulatorError
-from tuckerl.problems import dynamics
-from tuckerl.problems.cart_pole import cart_pole
 from tuckerl.problems.simulator import Simulator, SimulatorArrays
 from tuckerl.rng import below, seed_sequence, stream, uniform
+from tuckerl.training import dynamics
 from tuckerl.types import FloatArray, Stream
 
 
@@ -83,7 +83,7 @@ def test_a_users_functions_are_played() -> None:
     assert [state for state, *_ in walked] == [1, 2, 1, 0, 0, 1, 2, 3, 4]
     assert [reward for _, reward, _ in walked] == [-1.0] * 9
     assert [terminated for *_, terminated in walked] == [False] * 8 + [True]
-    world.check()
+    world.raise_pending()
 
 
 def test_they_draw_from_the_agents_stream(slippery: Simulator) -> None:
@@ -330,16 +330,16 @@ def test_faults_are_named_and_every_kernel_ends(changes: dict[str, Any], message
     assert steps < 20_000
     assert np.isfinite(total)
     with pytest.raises(SimulatorError, match=message):
-        world.check()
+        world.raise_pending()
     assert play(world.arrays, 1000, rng()) == (steps, total)  # what was raised is forgotten, and comes again
     with pytest.raises(SimulatorError, match=message):
-        world.check()
+        world.raise_pending()
 
 
 SCRIPT = """
 import sys
-from tuckerl.problems import dynamics
-from tuckerl.problems.cart_pole import cart_pole
+from tuckerl.training import dynamics
+from tuckerl.environments.cart_pole import cart_pole
 from tuckerl.problems.simulator import Simulator
 from tuckerl.rng import seed_sequence, stream, uniform
 

@@ -9,12 +9,12 @@ from gymnasium import spaces
 
 from tests.problems.parallel_worlds import Masked, Unequal
 from tuckerl._jit import call_python, python_callback
+from tuckerl.adapters.gymnasium_problem import GymnasiumProblem, GymnasiumWorld
+from tuckerl.adapters.joint import JointEnv
+from tuckerl.adapters.python_world import FAULT, STEP_CAP, YIELD
 from tuckerl.errors import EnvironmentFaultError, ProblemError
-from tuckerl.problems.dynamics import halted, out_of_time, reset, step
-from tuckerl.problems.joint import JointEnv
-from tuckerl.problems.python_world import FAULT, LATE, STEP_CAP
-from tuckerl.problems.stepped import SteppedProblem, SteppedWorld
 from tuckerl.rng import seed_sequence, stream
+from tuckerl.training.dynamics import halted, out_of_time, reset, step
 
 RNG = stream(seed_sequence(0))
 
@@ -39,19 +39,19 @@ class Stairs(gymnasium.Env[Any, Any]):
         return self.floor, np.float32(self.floor), self.floor == 2, self.floor == -2, {}
 
 
-def world_of(env: Any, **parameters: Any) -> SteppedWorld:
-    world = SteppedProblem(env, "stairs", **parameters).world()
-    world.begin(seed_sequence(1))
-    world.allow(60.0)
+def world_of(env: Any, **parameters: Any) -> GymnasiumWorld:
+    world = GymnasiumProblem(env, "stairs", **parameters).world()
+    world.seed(seed_sequence(1))
+    world.set_deadline(60.0)
     return world
 
 
 def test_numbers_go_in_and_out() -> None:
     env = Stairs()
-    problem = SteppedProblem(env, "stairs")
+    problem = GymnasiumProblem(env, "stairs")
     assert (problem.n_states, problem.n_actions, problem.action_sizes) == (5, 3, (3,))
     assert (problem.max_episode_steps, problem.is_capped, problem.has_masks) == (STEP_CAP, True, False)
-    assert repr(problem) == "SteppedProblem(stairs, 5 states, 3 actions, max_episode_steps=100000)"
+    assert repr(problem) == "GymnasiumProblem(stairs, 5 states, 3 actions, max_episode_steps=100000)"
     world = world_of(env)
     assert reset(world.arrays, RNG) == 2
     assert step(world.arrays, 2, 2, RNG) == (3, 1.0, False)
@@ -78,11 +78,11 @@ def test_a_limit_of_ours_counts_steps() -> None:
 
 def test_the_first_world_plays_the_users_environment_and_others_play_copies() -> None:
     env = Stairs()
-    problem = SteppedProblem(env, "stairs")
+    problem = GymnasiumProblem(env, "stairs")
     assert problem.world().env is env
     copies = [problem.world().env for _ in range(2)]
     assert all(type(other) is Stairs and other is not env for other in copies)
-    made = SteppedProblem(env, "stairs", lambda: Stairs())
+    made = GymnasiumProblem(env, "stairs", lambda: Stairs())
     assert made.world().env is env
     assert made.world().env is not env
 
@@ -95,20 +95,20 @@ def test_an_error_makes_the_kernel_return_and_is_raised_once() -> None:
     assert step(world.arrays, 2, 1, RNG)[0] == 0
     assert halted(world.arrays)
     with pytest.raises(EnvironmentFaultError, match=r"stairs failed \(ObservationError: .*-2 to 2.* in step 1 of epis"):
-        world.check()
+        world.raise_pending()
     assert not halted(world.arrays)
-    world.check()
+    world.raise_pending()
     assert reset(world.arrays, RNG) == 2
 
 
 def test_when_it_is_late_no_episode_begins() -> None:
     world = world_of(Stairs())
-    world.allow(-1.0)
+    world.set_deadline(-1.0)
     assert reset(world.arrays, RNG) == 0
     assert halted(world.arrays)
-    assert world.arrays.status[0] == LATE
-    world.check()
-    world.allow(60.0)
+    assert world.arrays.status[0] == YIELD
+    world.raise_pending()
+    world.set_deadline(60.0)
     assert reset(world.arrays, RNG) == 2
 
 
@@ -121,7 +121,7 @@ def test_any_other_number_than_a_state_halts_the_kernel(answer: int) -> None:
     assert step(world.arrays, 2, 0, RNG)[0] == 0
     assert world.arrays.status[0] == FAULT
     with pytest.raises(EnvironmentFaultError, match="was broken off by an error that is printed above in step 1 of"):
-        world.check()
+        world.raise_pending()
     assert kept is not None
 
 
@@ -134,13 +134,13 @@ def test_a_callback_gets_and_returns_whole_numbers() -> None:
 def test_masks_are_noted_where_they_are_met() -> None:
     world = world_of(JointEnv(Masked()))
     assert world.problem.has_masks
-    assert world.problem.members == ("first", "second")
+    assert world.problem.agents == ("first", "second")
     assert world.problem.action_sizes == (3, 3)
     assert reset(world.arrays, RNG) == 0
-    assert np.flatnonzero(~world.forbidden[0][0]).tolist() == [3, 5, 6, 8]  # first may not take 0, second not 1
-    assert not world.forbidden[0][1:].any()
+    assert np.flatnonzero(world.action_masks[0][0]).tolist() == [3, 5, 6, 8]  # first may not take 0, second not 1
+    assert world.action_masks[0][1:].all()
     step(world.arrays, 0, 3, RNG)
-    assert np.flatnonzero(~world.forbidden[0][6]).tolist() == [0, 1, 6, 7]  # both at clock 1: 5 x 1 + 1
+    assert np.flatnonzero(world.action_masks[0][6]).tolist() == [0, 1, 6, 7]  # both at clock 1: 5 x 1 + 1
 
 
 def test_masks_that_come_late_are_refused() -> None:
@@ -152,10 +152,10 @@ def test_masks_that_come_late_are_refused() -> None:
     reset(world.arrays, RNG)
     step(world.arrays, 2, 1, RNG)
     with pytest.raises(EnvironmentFaultError, match="must give one in its reset, too") as caught:
-        world.check()
+        world.raise_pending()
     assert isinstance(caught.value.__cause__, ProblemError)
 
 
 def test_unequal_agents_are_one_joint_problem() -> None:
-    problem = SteppedProblem(JointEnv(Unequal()), "unequal")
+    problem = GymnasiumProblem(JointEnv(Unequal()), "unequal")
     assert (problem.n_states, problem.n_actions, problem.action_sizes) == (16, 24, (3, 8))

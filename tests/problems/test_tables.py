@@ -14,10 +14,10 @@ from scipy.stats import chisquare
 
 from tests.reference.value_iteration import Model, action_values, model_of, optimal_values, policy_values, regret
 from tuckerl import QLearning, TabularMDP
+from tuckerl.adapters.transition_tables import extract_transition_table
 from tuckerl.errors import ProblemError
-from tuckerl.problems.dynamics import reset, step
-from tuckerl.problems.tables import lifted_table
 from tuckerl.rng import seed_sequence, stream, uniform
+from tuckerl.training.dynamics import reset, step
 
 CERTAIN: list[tuple[str, dict[str, Any]]] = [
     ("FrozenLake-v1", {"is_slippery": False}),
@@ -40,7 +40,7 @@ def made(name: str, **settings: Any) -> Any:
 
 
 def lifted(env: Any) -> TabularMDP:
-    mdp = lifted_table(env)
+    mdp = extract_transition_table(env)
     assert mdp is not None
     return mdp
 
@@ -152,9 +152,9 @@ def test_a_taxis_masks_are_those_it_reports() -> None:
     for s in range(500):  # among them those in which an episode ends
         env.s = s
         _, _, _, _, info = env.step(0)
-        assert mdp.arrays.forbidden[env.s].tolist() == [not allowed for allowed in info["action_mask"]]
-        assert mdp.arrays.forbidden[s].tolist() == [not allowed for allowed in env.action_mask(s)]
-    assert lifted(FrozenLakeEnv()).arrays.forbidden.size == 0
+        assert mdp.arrays.action_mask[env.s].tolist() == [bool(allowed) for allowed in info["action_mask"]]
+        assert mdp.arrays.action_mask[s].tolist() == [bool(allowed) for allowed in env.action_mask(s)]
+    assert lifted(FrozenLakeEnv()).arrays.action_mask.size == 0
 
 
 SWAP: dict[int, Any] = {
@@ -230,18 +230,18 @@ def test_asking_for_a_missing_pair_does_not_make_it() -> None:
     growing: Any = defaultdict(lambda: defaultdict(list))
     growing[0][0] = [(1.0, 0, 0.0, True)]
     with pytest.raises(ProblemError, match=r"\(s, a\) = \(0, 1\)"):
-        lifted_table(Told(growing))
+        extract_transition_table(Told(growing))
     assert {s: list(row) for s, row in growing.items()} == {0: [0]}
 
 
 def test_masks_of_a_users_environment() -> None:
     env: Any = Told()
     env.action_mask = lambda state: np.array([state == 0, True])
-    assert lifted(env).arrays.forbidden.tolist() == [[False, False], [True, False]]
+    assert lifted(env).arrays.action_mask.tolist() == [[True, True], [False, True]]
     env.action_mask = lambda state: [0, state]  # none in state 0: all
-    assert lifted(env).arrays.forbidden.tolist() == [[False, False], [True, False]]
+    assert lifted(env).arrays.action_mask.tolist() == [[True, True], [False, True]]
     env.action_mask = [[1, 1], [0, 1]]  # not asked by state: no mask of this kind
-    assert lifted(env).arrays.forbidden.size == 0
+    assert lifted(env).arrays.action_mask.size == 0
 
 
 class WindyLake(FrozenLakeEnv):
@@ -301,7 +301,7 @@ def with_attribute(env: Any, **attributes: Any) -> Any:
     ids=lambda env: str(type(env).__name__),
 )
 def test_where_the_table_does_not_tell_all_there_is_none(env: Any) -> None:
-    assert lifted_table(env) is None
+    assert extract_transition_table(env) is None
 
 
 def test_a_subclass_that_plays_by_its_own_table_is_lifted() -> None:
@@ -340,7 +340,7 @@ GOOD = (1.0, 0, 0.0, False)
 )
 def test_malformed_tables_are_refused_by_the_pair(P: Any, message: str) -> None:
     with pytest.raises(ProblemError, match=message):
-        lifted_table(Told(P))
+        extract_transition_table(Told(P))
 
 
 @pytest.mark.parametrize(
@@ -348,7 +348,7 @@ def test_malformed_tables_are_refused_by_the_pair(P: Any, message: str) -> None:
     [
         ([1.0], r"initial_state_distrib of Told must be 2 prob.* one for each state; got an array of shape \(1,\)"),
         (1.0, r"2 probabilities, one for each state; got an array of shape \(\)"),
-        ([0.5, 0.6], r"at least 0 and with the sum 1; got \[0\.5 0\.6\]: mend it, or learn with lift=False"),
+        ([0.5, 0.6], r"at least 0 and with the sum 1; got \[0\.5 0\.6\]: mend it, or learn with compiled=False"),
         ([-1, 2], r"at least 0 and with the sum 1"),
         ([math.nan, 1], r"at least 0 and with the sum 1"),
         ([math.inf, -math.inf], r"at least 0 and with the sum 1"),
@@ -358,14 +358,14 @@ def test_malformed_tables_are_refused_by_the_pair(P: Any, message: str) -> None:
 )
 def test_malformed_starts_are_refused(starts: Any, message: str) -> None:
     with pytest.raises(ProblemError, match=message):
-        lifted_table(Told(starts=starts))
+        extract_transition_table(Told(starts=starts))
 
 
 @pytest.mark.parametrize("mask", [[1], [[1, 1]], [1, 2], [0.5, 1.0], None, ["a", "b"]])
 def test_malformed_masks_are_refused(mask: Any) -> None:
     env = with_attribute(Told(), action_mask=lambda state: mask if state else [1, 1])
     with pytest.raises(ProblemError, match=r"action_mask\(1\) of Told must be 2 numbers, 1 for .*: mend it, or learn"):
-        lifted_table(env)
+        extract_transition_table(env)
 
 
 def risky_chain(action_mask: Any = None) -> TabularMDP:

@@ -9,10 +9,21 @@ class DynaHLearner(QLearner):
     """One agent with its model; `farthest` False is a deliberate fault for tests of the tests."""
 
     def __init__(
-        self, *args: Any, heuristic: Table, planning_steps: int, walk: str, farthest: bool = True, **kwargs: Any
+        self,
+        *args: Any,
+        heuristic: Table,
+        planning_steps: int,
+        search_control: str,
+        farthest: bool = True,
+        **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
-        self.heuristic, self.planning_steps, self.walk, self.farthest = heuristic, planning_steps, walk, farthest
+        self.heuristic, self.planning_steps, self.search_control, self.farthest = (
+            heuristic,
+            planning_steps,
+            search_control,
+            farthest,
+        )
         self.model: dict[tuple[int, int], tuple[int, float, bool]] = {}  # in the order in which pairs were first seen
 
     def observed_states(self) -> list[int]:
@@ -35,9 +46,9 @@ class DynaHLearner(QLearner):
         self.model[s, a] = (s2, r, terminated)
         now = s
         for _ in range(self.planning_steps):
-            if self.walk == "restart":
+            if self.search_control == "restart":
                 now = s
-            if self.walk == "random":
+            if self.search_control == "random":
                 observed = self.observed_states()
                 now = observed[self.stream.below(len(observed))]
             action = self.h_a(now)

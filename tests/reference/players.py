@@ -23,7 +23,7 @@ class Seat:
         return [a for a in range(self.n_actions) if mask[a]] or list(range(self.n_actions))
 
 
-class Coding(NamedTuple):
+class SpaceEncoder(NamedTuple):
     """How observations and actions are numbered."""
 
     state: Code
@@ -31,10 +31,10 @@ class Coding(NamedTuple):
     sizes: Mapping[str, tuple[int, int]]  # (states, actions) of each agent
 
 
-def numbers(env: Any) -> Coding:
+def numbers(env: Any) -> SpaceEncoder:
     """Of an environment whose agents' spaces are Discrete from 0."""
     sizes = {a: (int(env.observation_space(a).n), int(env.action_space(a).n)) for a in env.possible_agents}
-    return Coding(lambda agent, seen: int(seen), lambda agent, a: a, sizes)
+    return SpaceEncoder(lambda agent, seen: int(seen), lambda agent, a: a, sizes)
 
 
 class Player(QLearner):
@@ -65,7 +65,9 @@ class Player(QLearner):
 class Game:
     """A world and its players."""
 
-    def __init__(self, env: Any, seed: int, sarsa: bool = False, coding: Coding | None = None, **numbers_: Any) -> None:
+    def __init__(
+        self, env: Any, seed: int, sarsa: bool = False, coding: SpaceEncoder | None = None, **numbers_: Any
+    ) -> None:
         self.env, self.coding = env, coding or numbers(env)
         shape = tuple(max(sizes) for sizes in zip(*self.coding.sizes.values(), strict=True))
         self.players = {

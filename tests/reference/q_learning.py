@@ -17,13 +17,13 @@ class World(NamedTuple):
     outcomes: list[list[list[tuple[float, int, float, bool]]]]  # [s][a]: (probability, s', r, terminated)
     start: list[tuple[float, int]]  # (probability, s)
     limit: int
-    forbidden: Sequence[list[bool]] = ()  # [s][a]; empty where everything is allowed
+    action_mask: Sequence[list[bool]] = ()  # [s][a]; empty where everything is allowed
 
     def allowed(self, state: int) -> list[int]:
         """The actions that may be taken."""
-        if not self.forbidden:
+        if not self.action_mask:
             return list(range(self.n_actions))
-        return [a for a in range(self.n_actions) if not self.forbidden[state][a]]
+        return [a for a in range(self.n_actions) if self.action_mask[state][a]]
 
     @property
     def n_states(self) -> int:

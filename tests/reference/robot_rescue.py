@@ -59,7 +59,7 @@ def step(world: World, now: Situation, actions: tuple[int, int]) -> tuple[Situat
     if now.gripped == (True, True):
         moved = carry(world, now, actions)
         return moved, 0, moved.object in world.homes
-    walked = walk(world, now, actions)
+    walked = search_control(world, now, actions)
     gripped = (beside(walked, 0), beside(walked, 1))
     new = sum(after and not before for before, after in zip(now.gripped, gripped, strict=True))
     return replace(walked, gripped=gripped), new, False
@@ -76,7 +76,7 @@ def carry(world: World, now: Situation, actions: tuple[int, int]) -> Situation:
     return Situation((left_robot, right_robot), now.gripped, thing)
 
 
-def walk(world: World, now: Situation, actions: tuple[int, int]) -> Situation:
+def search_control(world: World, now: Situation, actions: tuple[int, int]) -> Situation:
     """Robots that have not gripped move each for itself."""
     wishes = {}
     for robot in (0, 1):

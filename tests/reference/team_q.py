@@ -12,9 +12,9 @@ from tests.reference.sarsa_lambda import SarsaLambdaLearner
 class TeamQLearner(SarsaLambdaLearner):
     """One team; `sizes` are its members' numbers of actions."""
 
-    def __init__(self, *args: Any, sizes: tuple[int, ...], cut: bool = True, **kwargs: Any) -> None:
+    def __init__(self, *args: Any, sizes: tuple[int, ...], cut_traces: bool = True, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self.sizes, self.cut = sizes, cut
+        self.sizes, self.cut_traces = sizes, cut_traces
         self.n_cuts = 0
 
     def policy(self, state: int) -> int:
@@ -46,7 +46,7 @@ class TeamQLearner(SarsaLambdaLearner):
         while not terminated and steps < self.world.limit:
             a = self.policy(s)
             best = self.value(s)
-            if self.cut and self.q[s, a] < best and not math.isclose(self.q[s, a], best, rel_tol=1e-12):
+            if self.cut_traces and self.q[s, a] < best and not math.isclose(self.q[s, a], best, rel_tol=1e-12):
                 self.n_cuts += 1
                 self.e[:, :] = 0.0
             s2, r, terminated = self.world.step(s, a, self.stream)

@@ -34,8 +34,8 @@ def model_of(mdp: TabularMDP) -> Model:
     start = np.zeros(mdp.n_states)
     for s in range(mdp.n_states):
         for a in range(mdp.n_actions):
-            if mdp.arrays.forbidden.size:
-                allowed[s, a] = not mdp.arrays.forbidden[s, a]
+            if mdp.arrays.action_mask.size:
+                allowed[s, a] = mdp.arrays.action_mask[s, a]
             for probability, next_state, r, terminated in world.outcomes[s][a]:
                 reward[s, a] += probability * r
                 if not terminated:

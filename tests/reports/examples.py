@@ -8,10 +8,10 @@ import polars as pl
 
 from tuckerl.problems.maze import Maze, sutton_maze
 from tuckerl.reports.picture import Picture
+from tuckerl.studies.ablation import Ablation, AblationStep, ablation_study
 from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.claims import Claim
 from tuckerl.studies.dyna_maze import DYNA_MAZE
-from tuckerl.studies.gain import Gain, Ingredient, gain_study
 from tuckerl.studies.robot_rescue import ROBOT_RESCUE
 from tuckerl.studies.runner import SCHEMAS, Tables
 from tuckerl.studies.sensitivity import DEFAULT, Cell
@@ -65,7 +65,7 @@ def summary_of(scenario: Scenario = SCENARIO, n_episodes: int = N_EPISODES) -> S
     )
     maze = sutton_maze()
     states = np.array([maze.state(cell) for cell in maze.shortest_path()])
-    paths = tuple(Path(name, np.insert(states, 0, states[0])) for name in scenario.pictured)
+    paths = tuple(Path(name, np.insert(states, 0, states[0])) for name in scenario.record_paths_of)
     return Summary(scenario, curves, weights, paths, dict.fromkeys(names, 15.0), dict.fromkeys(names, 0.012))
 
 
@@ -75,7 +75,7 @@ def nothing_of(scenario: Scenario = SCENARIO) -> Summary:
     lost = Band(none, none, none)
     names = [variant.name for variant in scenario.variants]
     curves = tuple(Curve(name, lost, lost, 0, 3) for name in names)
-    paths = tuple(Path(name, np.zeros(0, dtype=np.int64)) for name in scenario.pictured)
+    paths = tuple(Path(name, np.zeros(0, dtype=np.int64)) for name in scenario.record_paths_of)
     return Summary(scenario, curves, (), paths, {}, {})
 
 
@@ -125,9 +125,9 @@ def difference(mean: float, half: float = 0.05, n_diverged: int = 0) -> Differen
     return Difference(mean, mean - half, mean + half, 3, n_diverged)
 
 
-def gain_of(scenario: Scenario = SCENARIO) -> Gain:
+def gain_of(scenario: Scenario = SCENARIO) -> Ablation:
     """The constant rate gains, random actions lose, the rest decides nothing; of two no pair is left."""
-    (small,) = gain_study(study_of(scenario), n_runs=3).scenarios
+    (small,) = ablation_study(study_of(scenario), n_runs=3).scenarios
     base, *names = (variant.name for variant in small.variants)
     effects = {
         names[0]: (base, difference(0.3), difference(0.3)),
@@ -138,10 +138,10 @@ def gain_of(scenario: Scenario = SCENARIO) -> Gain:
     }
     rest = {name: (base if name.endswith("-slow") else names[2], difference(0.02), difference(0.02)) for name in names}
     ingredients = (
-        Ingredient(f"+ ingredient {name}", name, own, before, added)
+        AblationStep(f"+ ingredient {name}", name, own, before, added)
         for name, (before, own, added) in (rest | effects).items()
     )
-    return Gain(small, tuple(ingredients))
+    return Ablation(small, tuple(ingredients))
 
 
 def cells_of() -> list[Cell]:

@@ -12,11 +12,12 @@ from tests.reports.test_report import LOADING, Page
 from tests.studies.comparisons import request, small_contest, tables_of
 from tuckerl.cli.settings import parse_settings
 from tuckerl.errors import OutputError
-from tuckerl.reports import wording, write_comparison
+from tuckerl.reports import text as wording
+from tuckerl.reports import write_comparison
 from tuckerl.reports.compare_figure import draw_compared, show_compared
 from tuckerl.reports.compare_page import command, comparison_page
-from tuckerl.reports.compare_words import outcome
-from tuckerl.studies.compared import Compared, compared
+from tuckerl.reports.compare_text import outcome
+from tuckerl.studies.compared import ComparisonResult, compared
 from tuckerl.studies.statistics import Difference
 
 N = 4  # episodes
@@ -24,7 +25,7 @@ N = 4  # episodes
 
 def result(
     base: list[float], candidate: list[float], control: list[float], n_agents: int = 2, **changes: Any
-) -> Compared:
+) -> ComparisonResult:
     """Return a comparison in which run r of each variant returns the r-th number in every episode."""
     made = small_contest(n_agents=n_agents, n_runs=len(base), n_episodes=N, **changes)
     names = [variant.name for variant in made.scenario.variants]
@@ -38,12 +39,12 @@ BETTER = ([-10.0, -12.0, -20.0], [-5.0, -6.0, -11.0], [-10.0, -11.0, -18.0])
 
 
 @pytest.fixture(scope="module")
-def better() -> Compared:
+def better() -> ComparisonResult:
     return result(*BETTER)
 
 
 @pytest.fixture(scope="module")
-def folder(better: Compared, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(better: ComparisonResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("compare") / "results"
     assert write_comparison(better, folder) == folder / "report.html"
     return folder
@@ -54,19 +55,19 @@ def source(folder: Path) -> str:
     return (folder / "report.html").read_text(encoding="utf-8")
 
 
-def test_everything_is_written(folder: Path, better: Compared) -> None:
+def test_everything_is_written(folder: Path, better: ComparisonResult) -> None:
     assert sorted(path.name for path in folder.iterdir()) == ["compare.json", "figures", "report.html"]
     assert sorted(path.name for path in (folder / "figures").iterdir()) == ["compare.png", "compare.svg"]
     assert json.loads((folder / "compare.json").read_text()) == json.loads(json.dumps(better.as_json()))
 
 
-def test_writing_again_gives_the_same_bytes(folder: Path, better: Compared, tmp_path: Path) -> None:
+def test_writing_again_gives_the_same_bytes(folder: Path, better: ComparisonResult, tmp_path: Path) -> None:
     write_comparison(better, tmp_path)
     for path in folder.rglob("*.*"):
         assert (tmp_path / path.relative_to(folder)).read_bytes() == path.read_bytes(), path.name
 
 
-def test_a_folder_that_cannot_be_made_is_said(better: Compared, tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_said(better: ComparisonResult, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot make the folder"):
         write_comparison(better, tmp_path / "file")
@@ -84,7 +85,7 @@ def test_the_page_loads_nothing_and_has_no_script(source: str) -> None:
     assert len(ids) == len(set(ids))
 
 
-def test_the_page_shows_both_differences_and_every_variant(source: str, better: Compared) -> None:
+def test_the_page_shows_both_differences_and_every_variant(source: str, better: ComparisonResult) -> None:
     cells = [re.sub(r"\s+", " ", text).strip() for text in Page(source).texts]
     assert wording.percent(better.difference) in cells
     assert wording.percent(better.control) in cells
@@ -94,7 +95,7 @@ def test_the_page_shows_both_differences_and_every_variant(source: str, better: 
     assert outcome(better) in cells
 
 
-def test_the_page_escapes_what_users_name(better: Compared) -> None:
+def test_the_page_escapes_what_users_name(better: ComparisonResult) -> None:
     scenario = better.contest.scenario
     assert "<" not in scenario.name
     study = replace(better.contest.study, scenarios=(replace(scenario, title="<script>", name="<b>"),))
@@ -104,7 +105,7 @@ def test_the_page_escapes_what_users_name(better: Compared) -> None:
     assert "<b>" not in page
 
 
-def test_the_figure_shows_courses_above_and_gains_below(better: Compared) -> None:
+def test_the_figure_shows_courses_above_and_gains_below(better: ComparisonResult) -> None:
     upper, lower = draw_compared(better).axes
     drawn = [np.asarray(line.get_ydata()).tolist() for line in upper.lines[:3]]
     assert drawn == [curve.band.mean.tolist() for curve in better.curves]
@@ -137,7 +138,7 @@ def test_the_caption_says_what_is_left_out() -> None:
     assert "Each point is the mean of 3 episodes (the last, of what is left)." in show_compared(single).caption
 
 
-def test_a_gain_beyond_the_control_is_said(better: Compared) -> None:
+def test_a_gain_beyond_the_control_is_said(better: ComparisonResult) -> None:
     words = outcome(better)
     assert words.startswith("tsarsa-lambda-2 does better than sarsa-lambda: mean return of an episode ")
     assert "does better than the control, constant-2-min" in words
@@ -215,7 +216,7 @@ def test_absolute_differences_have_no_percent() -> None:
 
 
 def test_the_command_says_all_that_is_not_the_default_and_is_read_as_it_was() -> None:
-    settings = {"alpha": 0.2, "candidate.ranks": (5, 3, 9, 1), "base.ties": "first", "cut": False}
+    settings = {"alpha": 0.2, "candidate.ranks": (5, 3, 9, 1), "base.ties": "first", "cut_traces": False}
     keywords = {"map_name": "8x8", "is_slippery": False, "label": "true"}
     made = request(settings=settings, keywords=keywords, n_agents=3, measure="steps", n_episodes=500)
     line = command(made)

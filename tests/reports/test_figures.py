@@ -15,10 +15,10 @@ from tuckerl.reports.fig10 import draw_fig10
 from tuckerl.reports.fig11 import draw_fig11
 from tuckerl.reports.fig13 import FIG13
 from tuckerl.reports.figures import PICTURES
-from tuckerl.reports.looks import EndLabel, label_ends, looks
 from tuckerl.reports.omega import draw_omega_dyna_maze
 from tuckerl.reports.omega_map import CART_POLE_ACTIONS, RESCUE_ACTIONS
 from tuckerl.reports.picture import Picture, own_style, show
+from tuckerl.reports.styles import EndLabel, label_ends, line_styles
 from tuckerl.studies.dyna_maze import FAMILY
 from tuckerl.studies.statistics import Band
 from tuckerl.studies.study import variant
@@ -44,7 +44,7 @@ def test_fig10_says_the_steps_found_and_those_of_the_paper() -> None:
     figure = draw_fig10(summary_of())
     words = [axes.texts[0].get_text() for axes in figure.axes]
     assert words == ["15 steps (paper: 90)", "15 steps (paper: 83)", "15 steps (paper: 59)", "14 steps"]
-    assert [axes.get_title(loc="left") for axes in figure.axes] == [*SCENARIO.pictured, "shortest possible"]
+    assert [axes.get_title(loc="left") for axes in figure.axes] == [*SCENARIO.record_paths_of, "shortest possible"]
 
 
 def test_fig10_shows_the_walls_where_they_are_and_row_0_at_the_top() -> None:
@@ -204,7 +204,7 @@ def test_actions_are_named_as_the_problems_number_them() -> None:
 def test_every_variant_looks_different() -> None:
     names = ["dyna-h", "dyna-ht-1", "dyna-ht-3", "dyna-ht-3-min", "constant-1", "constant-3-max", "constant-3-min"]
     names += ["permuted-1", "relative-1", "dyna-ht-2", "dyna-ht-4"]
-    chosen = looks(replace(SCENARIO, variants=tuple(variant(FAMILY, name) for name in names)))
+    chosen = line_styles(replace(SCENARIO, variants=tuple(variant(FAMILY, name) for name in names)))
     assert list(chosen) == names
     assert len(set(chosen.values())) == len(names)
 

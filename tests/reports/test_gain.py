@@ -6,10 +6,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests.reports.examples import NO_DIFFERENCE, SCENARIO, SCENARIOS, difference, gain_of
-from tuckerl.reports.gain_figure import CHAIN, SHARING, SLOW, draw_gain, mark_of, show_gain
-from tuckerl.reports.gain_words import gain_rows, what_works, without_the_step
+from tuckerl.reports.ablation_figure import CHAIN, SHARING, SLOW, draw_gain, mark_of, show_gain
+from tuckerl.reports.ablation_text import gain_rows, what_works, without_the_step
 from tuckerl.reports.picture import own_style
-from tuckerl.studies.gain import Gain
+from tuckerl.studies.ablation import Ablation
 from tuckerl.studies.study import Scenario
 
 
@@ -81,7 +81,7 @@ def test_the_sentence_is_worked_out_from_the_intervals() -> None:
     )
 
 
-def with_all(value: float) -> Gain:
+def with_all(value: float) -> Ablation:
     gain = gain_of()
     added = NO_DIFFERENCE if math.isnan(value) else difference(value)
     return gain._replace(ingredients=tuple(one._replace(added=added, difference=added) for one in gain.ingredients))

@@ -11,57 +11,57 @@ from markupsafe import escape
 from matplotlib.collections import PolyCollection
 
 from tuckerl.errors import OutputError, ProblemError, TensorError
-from tuckerl.generalization.step import StepHistory, empty_history
+from tuckerl.generalization.step import TensorStepHistory, empty_history
 from tuckerl.problems.maze import sutton_maze
-from tuckerl.reports.inside import Inside, Loadings, inside_of_tensor, pictures_inside, write_inside
-from tuckerl.reports.inside.agents import AGENTS, differences
-from tuckerl.reports.inside.cells import counting_ticks, room_for
-from tuckerl.reports.inside.curve import CURVE, blocks, running_mean, window_of
-from tuckerl.reports.inside.greedy import NO_PREFERENCE, arrow_field, direction, greedy, values
-from tuckerl.reports.inside.loadings import LOADINGS
-from tuckerl.reports.inside.plain import PLAIN
-from tuckerl.reports.inside.policy import POLICY, draw_policy, stride
-from tuckerl.reports.inside.state_loadings import MOST_STATES, STATE_LOADINGS, on_all_states, shown_rows
-from tuckerl.reports.inside.view import View
-from tuckerl.reports.inside.views import VIEWS
-from tuckerl.reports.inside.weights import MOST_DRAWN, WEIGHTS, drawn_windows
-from tuckerl.reports.inside.windows import COPIED, FIT, copied_counts, rows_of_agents
-from tuckerl.reports.inside.words import percent, percents
+from tuckerl.reports.inspect import Inspection, Loadings, inspect_tensor, inspection_figures, write_inspection
+from tuckerl.reports.inspect.agents import AGENTS, differences
+from tuckerl.reports.inspect.cells import counting_ticks, room_for
+from tuckerl.reports.inspect.curve import CURVE, blocks, running_mean, window_of
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE, arrow_field, direction, greedy, values
+from tuckerl.reports.inspect.loadings import LOADINGS
+from tuckerl.reports.inspect.plain import PLAIN
+from tuckerl.reports.inspect.policy import POLICY, draw_policy, stride
+from tuckerl.reports.inspect.state_loadings import MOST_STATES, STATE_LOADINGS, on_all_states, shown_rows
+from tuckerl.reports.inspect.text import percent, percents
+from tuckerl.reports.inspect.view import View
+from tuckerl.reports.inspect.views import VIEWS
+from tuckerl.reports.inspect.weights import MOST_DRAWN, WEIGHTS, drawn_windows
+from tuckerl.reports.inspect.windows import COPIED, FIT, copied_counts, rows_of_agents
 from tuckerl.reports.picture import own_style
 from tuckerl.types import FloatArray
 
 MOVES = ("up", "down", "left", "right")
 
 
-def history_of(chosen: list[int], n_actions: int = 4) -> StepHistory:
+def history_of(chosen: list[int], n_actions: int = 4) -> TensorStepHistory:
     n = len(chosen)
     weights = np.tile(np.linspace(0.2, 0.8, n_actions), (n, 1))
     fit = np.array([math.nan, *np.linspace(0.5, 0.9, n - 1)]) if n else np.zeros(0)
     ranks = np.tile([3, 2, 2, 1], (n, 1))
     ranks[:1] = 0
-    return StepHistory(10 * np.arange(1, n + 1), weights, np.array(chosen, dtype=np.int64), fit, ranks)
+    return TensorStepHistory(10 * np.arange(1, n + 1), weights, np.array(chosen, dtype=np.int64), fit, ranks)
 
 
-def inside_of(q: FloatArray, layout: tuple[int, int] | None = None, **changes: object) -> Inside:
+def inside_of(q: FloatArray, layout: tuple[int, int] | None = None, **changes: object) -> Inspection:
     n_agents, n_actions = q.shape[0], q.shape[2]
     names = MOVES if n_actions == 4 else [f"a{action}" for action in range(n_actions)]
     none = np.zeros((0, n_agents))
-    plain = Inside("a title", q, layout, None, names, empty_history(n_actions), None, none.astype(np.int64), none)
+    plain = Inspection("a title", q, layout, None, names, empty_history(n_actions), None, none.astype(np.int64), none)
     return plain._replace(**changes)  # type: ignore[arg-type]
 
 
-def everything(layout: tuple[int, int] | None = (3, 4), n_agents: int = 3, n_windows: int = 5) -> Inside:
+def everything(layout: tuple[int, int] | None = (3, 4), n_agents: int = 3, n_windows: int = 5) -> Inspection:
     rng = np.random.default_rng(0)
     n_states, n_actions, n_episodes = 12, 4, 6
     X = rng.normal(size=(n_states, n_actions, n_episodes, n_agents))
     X[5] = 0.0
-    made = inside_of_tensor(X, (3, 2, 2, 1), layout, action_names=MOVES)
+    made = inspect_tensor(X, (3, 2, 2, 1), layout, action_names=MOVES)
     chosen = [window % n_agents if window != 1 else -1 for window in range(n_windows)]
     steps = rng.integers(5, 50, size=(10 * n_windows, n_agents))
     return made._replace(history=history_of(chosen), steps=steps, returns=-steps.astype(np.float64))
 
 
-def texts(view: View, inside: Inside) -> str:
+def texts(view: View, inside: Inspection) -> str:
     return view.caption(inside) + view.alt(inside)
 
 
@@ -330,33 +330,33 @@ def test_a_tensors_last_tables_and_loadings_are_shown() -> None:
     rng = np.random.default_rng(2)
     X = rng.normal(size=(6, 2, 5, 3))
     X[4] = 0
-    inside = inside_of_tensor(X, (2, 2, 2, 2), (2, 3))
+    inside = inspect_tensor(X, (2, 2, 2, 2), (2, 3))
     np.testing.assert_array_equal(inside.q, X[:, :, -1, :].transpose(2, 0, 1))
     assert inside.loadings is not None
     assert inside.loadings.states.tolist() == [0, 1, 2, 3, 5]
-    assert [one.name for one in pictures_inside(inside)] == ["policy", "agents", "state-loadings", "loadings"]
+    assert [one.name for one in inspection_figures(inside)] == ["policy", "agents", "state-loadings", "loadings"]
 
 
 def test_a_tensor_of_zeros_has_no_loadings() -> None:
-    inside = inside_of_tensor(np.zeros((4, 2, 3, 1)), (1, 1, 1, 1))
+    inside = inspect_tensor(np.zeros((4, 2, 3, 1)), (1, 1, 1, 1))
     assert inside.loadings is None
-    assert [one.name for one in pictures_inside(inside)] == ["policy"]
+    assert [one.name for one in inspection_figures(inside)] == ["policy"]
 
 
 def test_tensors_and_parts_that_do_not_fit_are_refused() -> None:
     with pytest.raises(TensorError, match=r"\(state, action, episode, agent\); got shape \(2, 2\)"):
-        inside_of_tensor(np.ones((2, 2)), (1, 1))
+        inspect_tensor(np.ones((2, 2)), (1, 1))
     with pytest.raises(TensorError, match="none of them empty"):
-        inside_of_tensor(np.ones((2, 0, 1, 1)), (1, 1, 1, 1))
+        inspect_tensor(np.ones((2, 0, 1, 1)), (1, 1, 1, 1))
     with pytest.raises(TensorError, match="finite"):
-        inside_of_tensor(np.full((2, 2, 1, 1), np.nan), (1, 1, 1, 1))
+        inspect_tensor(np.full((2, 2, 1, 1), np.nan), (1, 1, 1, 1))
     X = np.ones((4, 2, 1, 1))
     with pytest.raises(ProblemError, match=r"layout must be \(rows, columns\) of 4 cells"):
-        inside_of_tensor(X, (1, 1, 1, 1), (2, 3))
+        inspect_tensor(X, (1, 1, 1, 1), (2, 3))
     with pytest.raises(ProblemError, match="action_names must be 2 names"):
-        inside_of_tensor(X, (1, 1, 1, 1), action_names=["up"])
+        inspect_tensor(X, (1, 1, 1, 1), action_names=["up"])
     with pytest.raises(ProblemError, match="blocked must hold 4 booleans"):
-        inside_of_tensor(X, (1, 1, 1, 1), blocked=np.zeros(3, dtype=np.bool_))
+        inspect_tensor(X, (1, 1, 1, 1), blocked=np.zeros(3, dtype=np.bool_))
     good = everything()
     assert good.loadings is not None
     twice = good.loadings._replace(states=np.zeros(11, dtype=np.int64))
@@ -368,7 +368,7 @@ def test_tensors_and_parts_that_do_not_fit_are_refused() -> None:
         ({"history": history_of([0], 3)}, "history.weights"),
     ):
         with pytest.raises(ProblemError, match=part):
-            pictures_inside(good._replace(**changes))
+            inspection_figures(good._replace(**changes))
 
 
 LITTLE = {
@@ -411,9 +411,9 @@ def test_little_or_nothing_can_be_drawn(case: str) -> None:
 
 
 def test_files_are_the_same_bytes_whatever_the_users_settings() -> None:
-    first = pictures_inside(everything())
+    first = inspection_figures(everything())
     with mpl.rc_context({"lines.linewidth": 9, "svg.hashsalt": "other", "font.size": 20, "axes.facecolor": "red"}):
-        second = pictures_inside(everything())
+        second = inspection_figures(everything())
         assert mpl.rcParams["font.size"] == 20
     assert first == second
     assert [one.name for one in first] == [view.name for view in VIEWS if view is not PLAIN]
@@ -421,7 +421,7 @@ def test_files_are_the_same_bytes_whatever_the_users_settings() -> None:
 
 
 @pytest.mark.parametrize("inside", [everything(), everything(layout=None)], ids=["grid", "no layout"])
-def test_letters_are_at_least_8_points_and_figures_as_wide_as_a_text(inside: Inside) -> None:
+def test_letters_are_at_least_8_points_and_figures_as_wide_as_a_text(inside: Inspection) -> None:
     for view in VIEWS:
         if not view.shows(inside):
             continue
@@ -436,7 +436,7 @@ def test_letters_are_at_least_8_points_and_figures_as_wide_as_a_text(inside: Ins
 
 def test_the_page_holds_every_figure_and_says_what_is_missing(tmp_path: Path) -> None:
     inside = inside_of(np.stack([np.eye(4)] * 2), (2, 2))._replace(title="<learner> & co")
-    page = write_inside(inside, tmp_path / "out")
+    page = write_inspection(inside, tmp_path / "out")
     text = page.read_text(encoding="utf-8")
     assert "<h1>&lt;learner&gt; &amp; co</h1>" in text
     assert "2 agents, 4 states, 4 actions." in text
@@ -448,11 +448,11 @@ def test_the_page_holds_every_figure_and_says_what_is_missing(tmp_path: Path) ->
     assert "<script" not in text
     assert sorted(file.name for file in (tmp_path / "out" / "figures").iterdir()) == ["policy.png", "policy.svg"]
     first = page.read_bytes()
-    assert write_inside(inside, tmp_path / "out").read_bytes() == first
+    assert write_inspection(inside, tmp_path / "out").read_bytes() == first
 
 
 def test_no_two_things_on_the_page_have_one_id(tmp_path: Path) -> None:
-    text = write_inside(everything(), tmp_path).read_text(encoding="utf-8")
+    text = write_inspection(everything(), tmp_path).read_text(encoding="utf-8")
     ids = re.findall(r'\bid="([^"]+)"', text)
     assert len(set(ids)) == len(ids)
 
@@ -460,4 +460,4 @@ def test_no_two_things_on_the_page_have_one_id(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot make the folder"):
-        write_inside(everything(), tmp_path / "file")
+        write_inspection(everything(), tmp_path / "file")

@@ -9,13 +9,13 @@ import pettingzoo
 import pytest
 
 import tuckerl
+from tuckerl.adapters.resolve import Agents, Reading, as_problem
 from tuckerl.errors import ParameterError, ProblemError, SavedFileError
-from tuckerl.learners import saved
-from tuckerl.problems.resolve import Agents, Reading, as_problem
-from tuckerl.reports.inside import inside_of_learner, pictures_inside
-from tuckerl.reports.inside.greedy import NO_PREFERENCE, greedy, shares_first_place, values
-from tuckerl.reports.inside.learner import name_of, names_of_actions
-from tuckerl.reports.inside.summary import learner_lines
+from tuckerl.reports.inspect import inspect_learner, inspection_figures
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, shares_first_place, values
+from tuckerl.reports.inspect.learner import name_of, names_of_actions
+from tuckerl.reports.inspect.summary import learner_lines
+from tuckerl.training import learner_file as saved
 
 STEP = tuckerl.TensorStep(every=5, ranks=(3, 2, 3, 1), floor=0.1)
 SMALL_RESCUE = ".H..\n#...\nAT.B"
@@ -23,12 +23,12 @@ SMALL_RESCUE = ".H..\n#...\nAT.B"
 
 def test_forbidden_actions_are_never_greedy() -> None:
     q = np.array([[1.0, 5.0, 2.0], [3.0, 0.0, 3.0], [0.0, 9.0, 0.0], [4.0, np.nan, 1.0], [7.0, 8.0, 2.0], [0, 1, 2]])
-    forbidden = np.zeros(q.shape, dtype=np.bool_)
-    forbidden[:4, 1] = True
-    forbidden[4, :2] = forbidden[5, 1:] = True  # one action is left: preferred as soon as its value is not 0
-    assert greedy(q, forbidden).tolist() == [2, NO_PREFERENCE, NO_PREFERENCE, 0, 2, NO_PREFERENCE]
-    np.testing.assert_array_equal(values(q, forbidden), [2.0, np.nan, np.nan, 4.0, 2.0, np.nan])
-    assert not shares_first_place(q, forbidden).any()
+    mask = np.ones(q.shape, dtype=np.bool_)
+    mask[:4, 1] = False
+    mask[4, :2] = mask[5, 1:] = False  # one action is left: preferred as soon as its value is not 0
+    assert greedy(q, mask).tolist() == [2, NO_PREFERENCE, NO_PREFERENCE, 0, 2, NO_PREFERENCE]
+    np.testing.assert_array_equal(values(q, mask), [2.0, np.nan, np.nan, 4.0, 2.0, np.nan])
+    assert not shares_first_place(q, mask).any()
     assert shares_first_place(np.array([[1.0, 1.0, 5.0, 0.0]]), np.array([[False, False, True, False]])).all()
 
 
@@ -39,21 +39,21 @@ def test_masks_of_a_learner_reach_the_figures() -> None:
         [[True, True, False], [True, True, True]],
         action_mask=[[True, False, True], [True, True, True]],
     )
-    inside = inside_of_learner(tuckerl.QLearning(mdp, alpha=0.5, initial_q=0.1, seed=0, n_agents=2).learn(20))
-    assert inside.masked.shape == (2, 2, 3)
-    assert inside.masked[:, 0, 1].all()
-    assert inside.masked.sum() == 2
-    assert greedy(inside.q, inside.masked)[:, 0].tolist() == [0, 0]
-    (plain,) = [one for one in pictures_inside(inside) if one.name == "policy"]
+    inside = inspect_learner(tuckerl.QLearning(mdp, alpha=0.5, initial_q=0.1, seed=0, n_agents=2).learn(20))
+    assert inside.allowed.shape == (2, 2, 3)
+    assert inside.allowed[:, 0, 1].all()
+    assert inside.allowed.sum() == 2
+    assert greedy(inside.q, inside.allowed)[:, 0].tolist() == [0, 0]
+    (plain,) = [one for one in inspection_figures(inside) if one.name == "policy"]
     assert re.search(r"Greedy: 0 in \d", plain.alt)
-    assert inside_of_learner(tuckerl.Sarsa("FrozenLake-v1", seed=0)).forbidden is None
+    assert inspect_learner(tuckerl.Sarsa("FrozenLake-v1", seed=0)).action_mask is None
 
 
 def test_masks_of_stepped_taxis_are_those_that_were_seen() -> None:
-    learner = tuckerl.QLearning("Taxi-v4", lift=False, seed=0).learn(2)
+    learner = tuckerl.QLearning("Taxi-v4", compiled=False, seed=0).learn(2)
     visited = np.unique(np.concatenate(learner.trajectories))
-    masked = inside_of_learner(learner).masked[0]
-    whole = inside_of_learner(tuckerl.QLearning("Taxi-v4", seed=0)).masked[0]
+    masked = inspect_learner(learner).allowed[0]
+    whole = inspect_learner(tuckerl.QLearning("Taxi-v4", seed=0)).allowed[0]
     np.testing.assert_array_equal(masked[visited], whole[visited])
     assert whole[visited].any()
     assert masked.sum() < whole.sum()
@@ -91,45 +91,45 @@ def test_the_names_of_moves_are_where_the_moves_lead(env: str) -> None:
 
 def test_joint_actions_name_every_members_part() -> None:
     made = pettingzoo.make("parallel", "tuckerl/RobotRescue-v0", map=SMALL_RESCUE)
-    names = names_of_actions(as_problem(made, Reading(Agents.TEAM)))
+    names = names_of_actions(as_problem(made, Reading(Agents.JOINT)))
     assert (len(names), names[1], names[5]) == (25, "left, right", "right, left")
 
 
 def test_where_no_start_leads_is_blocked() -> None:
     maze = tuckerl.sutton_maze()
-    inside = inside_of_learner(tuckerl.QLearning(maze, seed=0))
+    inside = inspect_learner(tuckerl.QLearning(maze, seed=0))
     np.testing.assert_array_equal(inside.walls, maze.walls.ravel())
-    cliff = inside_of_learner(tuckerl.QLearning("CliffWalking-v1", seed=0))
+    cliff = inspect_learner(tuckerl.QLearning("CliffWalking-v1", seed=0))
     assert np.flatnonzero(cliff.walls).tolist() == list(range(37, 47)), "who steps there stands at the start again"
-    assert inside_of_learner(tuckerl.QLearning("FrozenLake-v1", seed=0)).blocked is None, "one can stand in a hole"
+    assert inspect_learner(tuckerl.QLearning("FrozenLake-v1", seed=0)).blocked is None, "one can stand in a hole"
 
 
 def test_what_lies_behind_an_end_is_blocked_but_the_end_is_not() -> None:
     chain = tuckerl.TabularMDP([[1], [2], [3], [3]], [[0]] * 4, [[False], [True], [False], [False]])
-    walls = inside_of_learner(tuckerl.QLearning(chain, seed=0)).walls
+    walls = inspect_learner(tuckerl.QLearning(chain, seed=0)).walls
     assert walls.tolist() == [False, False, False, True]
 
 
 def test_a_learner_is_all_shown_after_a_file_as_before(tmp_path: Path) -> None:
     learner = tuckerl.SarsaLambda(tuckerl.sutton_maze(), n_agents=2, tensor_step=STEP, seed=1, alpha=0.3).learn(103)
     learner.save(tmp_path / "agent.tuckerl")
-    before, after = inside_of_learner(learner), inside_of_learner(tuckerl.load(tmp_path / "agent.tuckerl"))
+    before, after = inspect_learner(learner), inspect_learner(tuckerl.load(tmp_path / "agent.tuckerl"))
     assert before.title == after.title == "SarsaLambda with a tensor step on Maze"
     assert before.layout == after.layout == (6, 9)
     assert before.loadings is not None
     assert before.loadings.first_episode + before.loadings.factors[2].shape[0] - 1 == 100
-    shown = [[(one.name, one.caption, one.alt) for one in pictures_inside(inside)] for inside in (before, after)]
+    shown = [[(one.name, one.caption, one.alt) for one in inspection_figures(inside)] for inside in (before, after)]
     assert shown[0] == shown[1]
     assert len(shown[0]) >= 6
 
 
 def test_layout_and_names_must_fit() -> None:
     learner = tuckerl.Sarsa("FrozenLake-v1", seed=0)
-    assert inside_of_learner(learner, layout=(2, 8), action_names="abcd", title="t").layout == (2, 8)
+    assert inspect_learner(learner, layout=(2, 8), action_names="abcd", title="t").layout == (2, 8)
     with pytest.raises(ProblemError, match=r"layout must be \(rows, columns\) of 16 cells; got \(3, 8\)"):
-        inside_of_learner(learner, layout=(3, 8))
+        inspect_learner(learner, layout=(3, 8))
     with pytest.raises(ProblemError, match="action_names must be 4 names, one for each action; got 2"):
-        inside_of_learner(learner, action_names=["a", "b"])
+        inspect_learner(learner, action_names=["a", "b"])
 
 
 def test_the_value_of_the_start_is_its_mean_over_the_starts() -> None:

@@ -24,9 +24,9 @@ from tests.reports.examples import (
 )
 from tuckerl.errors import OutputError
 from tuckerl.reports import write_report
+from tuckerl.reports.ablation_text import what_works
 from tuckerl.reports.fig11 import FIG11
 from tuckerl.reports.figures import PICTURES
-from tuckerl.reports.gain_words import what_works
 from tuckerl.reports.markup import inlined
 from tuckerl.reports.page import render_page
 from tuckerl.reports.picture import show
@@ -157,7 +157,7 @@ def test_names_are_escaped() -> None:
     first, *others = SCENARIO.variants
     assumed = (Assumption(INVENTED, evil),)
     variants = (replace(first, name=evil), *others)
-    scenario = replace(SCENARIO, title=evil, variants=variants, pictured=(evil,), assumptions=assumed)
+    scenario = replace(SCENARIO, title=evil, variants=variants, record_paths_of=(evil,), assumptions=assumed)
     bad = claim()._replace(claim=evil, detail=evil, verdict=evil)
     page = Page(_render(scenario, [bad]))
     assert [attributes for attributes in page.all("script") if attributes] == []

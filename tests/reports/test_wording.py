@@ -3,7 +3,7 @@ import math
 import pytest
 
 from tests.reports.examples import NO_DIFFERENCE, SCENARIO, claim, weights_claim
-from tuckerl.reports import wording
+from tuckerl.reports import text as wording
 from tuckerl.reports.page import commands, outcome
 from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.dyna_maze import FAMILY

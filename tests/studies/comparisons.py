@@ -5,25 +5,25 @@ from typing import Any
 
 import polars as pl
 
-from tuckerl.studies.compare import Contest, Request, contest
+from tuckerl.studies.compare import ComparisonConfig, ComparisonStudy, contest
 from tuckerl.studies.runner import SCHEMAS, Tables
 
 MAZE = "tuckerl/DynaMaze-v0"
 SMALL = {"rows": 6, "columns": 9, "start": (2, 0), "goal": (0, 8)}
 
 
-def request(base: str = "sarsa-lambda", candidate: str = "tsarsa-lambda", **changes: Any) -> Request:
+def request(base: str = "sarsa-lambda", candidate: str = "tsarsa-lambda", **changes: Any) -> ComparisonConfig:
     """Return a request of tenths of a second."""
-    small = Request(base, candidate, MAZE, SMALL, n_runs=2, n_episodes=20, seed=3)
+    small = ComparisonConfig(base, candidate, MAZE, SMALL, n_runs=2, n_episodes=20, seed=3)
     return small._replace(**changes)
 
 
-def small_contest(base: str = "sarsa-lambda", candidate: str = "tsarsa-lambda", **changes: Any) -> Contest:
+def small_contest(base: str = "sarsa-lambda", candidate: str = "tsarsa-lambda", **changes: Any) -> ComparisonStudy:
     """Return the study of `request`."""
     return contest(request(base, candidate, **changes))
 
 
-def tables_of(made: Contest, returns: Mapping[str, Sequence[Sequence[float | None]]]) -> Tables:
+def tables_of(made: ComparisonStudy, returns: Mapping[str, Sequence[Sequence[float | None]]]) -> Tables:
     """Return tables in which a variant's run r has these returns, and as many steps as the returns are below 0.
 
     None from some episode on stands for a run that diverged there; every agent does the same.
@@ -32,7 +32,7 @@ def tables_of(made: Contest, returns: Mapping[str, Sequence[Sequence[float | Non
     for variant in made.scenario.variants:
         for run, episodes in enumerate(returns[variant.name]):
             key = {"scenario": made.scenario.name, "variant": variant.name, "instance": 0, "run": run}
-            times.append(key | {"agents": variant.n_agents, "seconds": 0.01, "step_seconds": 0.0})
+            times.append(key | {"agents": variant.n_agents, "seconds": 0.01, "tensor_step_seconds": 0.0})
             for agent in range(variant.n_agents):
                 for episode, value in enumerate(episodes):
                     steps = None if value is None else round(-value)

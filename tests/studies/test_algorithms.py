@@ -38,8 +38,8 @@ def test_every_parameter_that_is_named_can_be_set() -> None:
         "alpha": 0.2,
         "lambda_": 0.5,
         "planning_steps": 2,
-        "walk": "restart",
-        "cut": False,
+        "search_control": "restart",
+        "cut_traces": False,
         "ties": "first",
     }
     for algorithm in ALGORITHMS.values():
@@ -52,8 +52,8 @@ def test_every_parameter_that_is_named_can_be_set() -> None:
 
 
 def test_settings_are_split_into_the_learners_and_the_steps() -> None:
-    assert split_settings(ALGORITHMS["dyna-ht"], {"alpha": 0.2, "every": 5, "walk": "random"}) == (
-        {"alpha": 0.2, "walk": "random"},
+    assert split_settings(ALGORITHMS["dyna-ht"], {"alpha": 0.2, "every": 5, "search_control": "random"}) == (
+        {"alpha": 0.2, "search_control": "random"},
         {"every": 5},
     )
 

@@ -9,6 +9,8 @@ import pytest
 
 import tuckerl
 from tests.studies.comparisons import MAZE, SMALL, request, small_contest
+from tuckerl.adapters.making import make_environment
+from tuckerl.adapters.resolve import Agents, Reading, as_problem
 from tuckerl.errors import (
     OutputConflictError,
     ParameterError,
@@ -18,10 +20,8 @@ from tuckerl.errors import (
     UnknownNameError,
 )
 from tuckerl.generalization.step import TensorStep
-from tuckerl.problems.making import make_environment
-from tuckerl.problems.resolve import Agents, Reading, as_problem
 from tuckerl.studies import runner
-from tuckerl.studies.compare import Request, contest
+from tuckerl.studies.compare import ComparisonConfig, contest
 from tuckerl.studies.environments import environment_specification, how_played, listed_environments
 from tuckerl.studies.reproduce import run_study
 from tuckerl.studies.store import Store
@@ -218,7 +218,7 @@ def test_a_listed_environment_is_played_as_it_is_told() -> None:
             with pytest.raises(SpaceError, match="give bins"):
                 as_problem(listed.name)
         else:
-            assert listed.how.startswith(how_played(as_problem(listed.name, Reading(Agents.TEAM))))
+            assert listed.how.startswith(how_played(as_problem(listed.name, Reading(Agents.JOINT))))
 
 
 def test_an_environment_that_cannot_be_made_is_not_listed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -229,5 +229,7 @@ def test_an_environment_that_cannot_be_made_is_not_listed(monkeypatch: pytest.Mo
 
 def test_agents_of_an_environment_share_in_the_control_as_in_the_candidate() -> None:
     small = {"map": "..H..\nATB..", "max_cycles": 20}
-    made = contest(Request("q-learning", "tq-learning", "tuckerl/RobotRescue-v0", small, n_runs=1, n_episodes=20))
+    made = contest(
+        ComparisonConfig("q-learning", "tq-learning", "tuckerl/RobotRescue-v0", small, n_runs=1, n_episodes=20)
+    )
     assert made.comparison.control == "constant-1-max"

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from tests.studies.comparisons import small_contest, tables_of
-from tuckerl.studies.compared import Compared, compared
+from tuckerl.studies.compared import ComparisonResult, compared
 from tuckerl.studies.reproduce import run_study
 from tuckerl.studies.runner import Tables
 
 
-def plain(base: list[list[float | None]], candidate: list[list[float | None]], measure: str = "return") -> Compared:
+def plain(
+    base: list[list[float | None]], candidate: list[list[float | None]], measure: str = "return"
+) -> ComparisonResult:
     made = small_contest("sarsa", "q-learning", n_runs=len(base), n_episodes=len(base[0]), measure=measure)
     return compared(made, tables_of(made, {"sarsa": base, "q-learning": candidate}))
 

@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tuckerl.studies.gain import gain_study, gains
+from tuckerl.studies.ablation import ablation_study, gains
 from tuckerl.studies.paper import SCENARIOS, paper_study
 from tuckerl.studies.runner import Task, play_task
 from tuckerl.studies.sensitivity import ALTERNATIVES, DEFAULT, sensitivity, sensitivity_study
@@ -12,7 +12,7 @@ from tuckerl.studies.study import Study, variant
 
 MAIN = paper_study(runs=1, episodes=12)
 OTHERS = sensitivity_study(MAIN, runs=1)
-SMALL = gain_study(MAIN)
+SMALL = ablation_study(MAIN)
 
 
 def tiny(study: Study, place: int, n_episodes: int = 12) -> Study:
@@ -148,9 +148,9 @@ def test_the_slow_base_learns_at_the_rate_of_the_constant_control() -> None:
 
 def test_studies_stay_small() -> None:
     large = paper_study()
-    for small in (gain_study(large), sensitivity_study(large)):
+    for small in (ablation_study(large), sensitivity_study(large)):
         assert max(scenario.n_instances for scenario in small.scenarios) == 3
         assert max(scenario.n_runs for scenario in small.scenarios) == 20
     one = replace(large.scenarios[1], n_runs=2, n_instances=1)
-    for small in (gain_study(Study((one,), 0)), sensitivity_study(Study((one,), 0))):
+    for small in (ablation_study(Study((one,), 0)), sensitivity_study(Study((one,), 0))):
         assert {(s.n_instances, s.n_runs) for s in small.scenarios} == {(1, 2)}

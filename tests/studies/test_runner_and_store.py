@@ -209,7 +209,7 @@ def test_a_folder_in_the_way_of_a_file_is_said(study: Study, tmp_path: Path) -> 
 def test_times_hold_the_steps_part(study: Study) -> None:
     times = play_task(study, Task(0, 0, 0)).times
     plain = times.filter(pl.col("variant").is_in(["dyna-h"]))
-    assert plain["step_seconds"].to_list() == [0.0]
+    assert plain["tensor_step_seconds"].to_list() == [0.0]
     stepped = times.filter(pl.col("variant").str.starts_with("dyna-ht"))
-    assert (stepped["step_seconds"] > 0).all()
-    assert (stepped["step_seconds"] < stepped["seconds"]).all()
+    assert (stepped["tensor_step_seconds"] > 0).all()
+    assert (stepped["tensor_step_seconds"] < stepped["seconds"]).all()

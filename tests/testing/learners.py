@@ -5,12 +5,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import tuckerl
-from tuckerl.generalization.change_log import mark
-from tuckerl.learners.choices import epsilon_greedy, row_max
-from tuckerl.learners.episodes import Agent, Transition
-from tuckerl.learners.learner import Learner
-from tuckerl.learners.play import NOT_FINITE, algorithm
+from tuckerl.generalization.change_log import record_change
 from tuckerl.rng import below
+from tuckerl.training.agent_arrays import Agent, Transition
+from tuckerl.training.learner import Learner
+from tuckerl.training.loop import NOT_FINITE, algorithm
+from tuckerl.training.policies import epsilon_greedy, row_max
 from tuckerl.types import FloatArray
 
 RIGHT, UNMARKED, MARKED_LATE, BOOTSTRAPS_ENDS, DROPS_TRUNCATED, TAKES_ANY, BELIEVES_ANY, IGNORES_INFINITY, UNSEEDED = (
@@ -29,10 +29,10 @@ class Method(NamedTuple):
 @tuckerl.kernel
 def expected(agent: Agent, fault: int, state: int, epsilon: float) -> float:
     """The mean value of what may be done next."""
-    q, masked = agent.q, agent.forbidden.size > 0 and fault != BELIEVES_ANY
+    q, masked = agent.q, agent.action_mask.size > 0 and fault != BELIEVES_ANY
     n_allowed, total, best = 0, 0.0, -np.inf
     for action in range(q.shape[1]):
-        if not (masked and agent.forbidden[state, action]):
+        if not masked or agent.action_mask[state, action]:
             n_allowed += 1
             total += q[state, action]
             best = max(best, q[state, action])
@@ -45,7 +45,7 @@ def choose(method: Method, agent: Agent, state: int, epsilon: float) -> int:
     if method.fault == TAKES_ANY:
         return below(agent.q.shape[1], agent.rng)
     if method.fault == UNSEEDED:
-        return int(np.random.random() * agent.q.shape[1]) if agent.forbidden.size == 0 else 1  # noqa: NPY002  # that is the fault
+        return int(np.random.random() * agent.q.shape[1]) if agent.action_mask.size == 0 else 1  # noqa: NPY002  # that is the fault
     if method.fault == DETERMINED:
         return int(state % 2 % agent.q.shape[1])
     return epsilon_greedy(agent, state, epsilon)
@@ -57,13 +57,13 @@ def turn(method: Method, agent: Agent, seen: Transition, epsilon: float) -> int:
     fault, q = method.fault, agent.q
     state, action, reward, discount, next_state, ended = seen
     if fault not in (UNMARKED, MARKED_LATE) or (fault == MARKED_LATE and ended):
-        mark(agent.log, state)
+        record_change(agent.log, state)
     if fault == BOOTSTRAPS_ENDS:
         discount = agent.settings.gamma
     if fault == DROPS_TRUNCATED and ended:
         discount = 0.0
     delta = reward + discount * expected(agent, fault, next_state, epsilon) - q[state, action]
-    rate = agent.rates[action]
+    rate = agent.step_sizes[action]
     if fault == ASCENDS:
         delta = -reward + discount * row_max(q, next_state) - q[state, action]
     if fault == COUNTS:

@@ -10,15 +10,15 @@ import pytest
 from gymnasium.spaces import Box, Discrete
 
 from tuckerl import Simulator, TabularMDP
+from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.errors import ProblemCheckError, UnknownNameError
-from tuckerl.problems.seeding import EpisodeSeeds
 from tuckerl.testing import check_problem
-from tuckerl.testing.worlds import corridor
+from tuckerl.testing.small_problems import corridor
 
 Info = dict[str, Any]
 
 
-class Walk(gymnasium.Env[Any, Any]):
+class SearchControl(gymnasium.Env[Any, Any]):
     """Five places; chance moves, too. Right, and the base of what is wrong."""
 
     def __init__(self) -> None:
@@ -49,44 +49,44 @@ class Walk(gymnasium.Env[Any, Any]):
         return {}
 
 
-class NoSeed(Walk):
+class NoSeed(SearchControl):
     def reset(self, *, options: Info | None = None) -> Any:  # type: ignore[override]
         return 0, {}
 
 
-class Unseeded(Walk):
+class Unseeded(SearchControl):
     def reset(self, *, seed: int | None = None, options: Info | None = None) -> Any:
         self.place = 0
         return self.place, {}
 
 
-class PaysNothing(Walk):
+class PaysNothing(SearchControl):
     def reward(self) -> Any:
         return float("nan") if self.place == 3 else -1.0
 
 
-class PaysWords(Walk):
+class PaysWords(SearchControl):
     def reward(self) -> Any:
         return "much" if self.place == 3 else -1.0
 
 
-class EndsByNumber(Walk):
+class EndsByNumber(SearchControl):
     def ended(self) -> Any:
         return 1 if self.place == 4 else False
 
 
-class GoesBeyond(Walk):
+class GoesBeyond(SearchControl):
     def step(self, action: Any) -> Any:
         place, *others = super().step(action)
         return (7 if place == 4 else place), *others
 
 
-class DrawsElsewhere(Walk):
+class DrawsElsewhere(SearchControl):
     def chance(self) -> float:
         return float(np.random.random()) if self.place == 3 else super().chance()  # noqa: NPY002
 
 
-class Remembers(Walk):
+class Remembers(SearchControl):
     """Does not set everything anew."""
 
     walked = 0
@@ -96,7 +96,7 @@ class Remembers(Walk):
         return -2.0 if self.walked > 60 else -1.0
 
 
-class Shares(Walk):
+class Shares(SearchControl):
     """Keeps in the class what belongs to one environment."""
 
     tired: ClassVar[list[int]] = [0]
@@ -110,7 +110,7 @@ class Shares(Walk):
         return -float(self.tired[0])
 
 
-class Grows(Walk):
+class Grows(SearchControl):
     resets = 0
 
     def reset(self, *, seed: int | None = None, options: Info | None = None) -> Any:
@@ -120,51 +120,51 @@ class Grows(Walk):
         return super().reset(seed=seed)
 
 
-class NeverEnds(Walk):
+class NeverEnds(SearchControl):
     def ended(self) -> Any:
         return False
 
 
-class Breaks(Walk):
+class Breaks(SearchControl):
     def step(self, action: Any) -> Any:
         if self.place == 3:
             raise ZeroDivisionError("nothing to divide by")
         return super().step(action)
 
 
-class CannotBeCopied(Walk):
+class CannotBeCopied(SearchControl):
     def __init__(self) -> None:
         super().__init__()
         self.lock = threading.Lock()
 
 
-class Continuous(Walk):
+class Continuous(SearchControl):
     def __init__(self) -> None:
         super().__init__()
         self.action_space = Box(-1.0, 1.0)
 
 
-class MasksAll(Walk):
+class MasksAll(SearchControl):
     def info(self) -> Info:
         return {"action_mask": np.array([0, 0] if self.place == 1 else [1, 1], dtype=np.int8)}
 
 
-class MasksThree(Walk):
+class MasksThree(SearchControl):
     def info(self) -> Info:
         return {"action_mask": np.ones(3, dtype=np.int8)}
 
 
-class OtherTable(Walk):
+class OtherTable(SearchControl):
     """Carries transitions that it does not make."""
 
     mdp = corridor()
 
 
-class OtherSize(Walk):
+class OtherSize(SearchControl):
     mdp = TabularMDP([[0, 1], [0, 1]], [[0, 1], [0, 0]], [[False, True], [True, True]])
 
 
-class OtherStart(Walk):
+class OtherStart(SearchControl):
     """Begins where its table does not."""
 
     mdp = corridor()
@@ -184,7 +184,7 @@ def _step(parameters: Any, state: Any, action: int, rng: Any) -> Any:
     return -1.0, state[0] == 4.0
 
 
-class OtherSimulator(Walk):
+class OtherSimulator(SearchControl):
     """Carries a simulator that only goes right."""
 
     simulator = Simulator(_reset, _step, n_states=5, n_actions=2)
@@ -196,9 +196,9 @@ class OtherSimulator(Walk):
 
 
 def test_a_right_environment_passes_in_every_form() -> None:
-    check_problem(Walk())
-    check_problem(Walk)
-    check_problem(gymnasium.wrappers.TimeLimit(Walk(), 20))
+    check_problem(SearchControl())
+    check_problem(SearchControl)
+    check_problem(gymnasium.wrappers.TimeLimit(SearchControl(), 20))
 
 
 @pytest.mark.parametrize(
@@ -220,11 +220,11 @@ def test_a_right_environment_passes_in_every_form() -> None:
         (MasksThree, r"an action mask must be a row of 2 entries"),
         (OtherTable, r"OtherTable began in state \d in the reset of episode \d, which is no first state of the table"),
         (OtherSize, r"carries have 2 states and 2 actions, and its spaces have 5 and 2: mend one of them"),
-        (OtherStart, r"began in state 2 .* or learn with lift=False"),
+        (OtherStart, r"began in state 2 .* or learn with compiled=False"),
         (OtherSimulator, r"OtherSimulator came to state \d .* and the simulator that it carries to \d with -1.0"),
     ],
 )
-def test_a_mistake_of_an_environment_is_found(env: type[Walk], message: str) -> None:
+def test_a_mistake_of_an_environment_is_found(env: type[SearchControl], message: str) -> None:
     with pytest.raises(ProblemCheckError, match=message):
         check_problem(env)
 
@@ -385,7 +385,7 @@ def test_a_mistake_of_a_parallel_environment_is_found(env: type[Pair], message: 
 
 
 def test_the_first_reset_is_seeded_as_learners_do() -> None:
-    env = Walk()
+    env = SearchControl()
     seeds = EpisodeSeeds(env)
     first = [seeds.reset()[0] for _ in range(4)]
     again = EpisodeSeeds(env)

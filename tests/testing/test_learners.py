@@ -8,8 +8,8 @@ import pytest
 import tests.testing.learners as faults
 from tests.testing.learners import ExpectedSarsa, Method, wrong
 from tuckerl import QLearning, SarsaLambda
+from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.errors import LearnerCheckError, ParameterTypeError
-from tuckerl.problems.stepped import SteppedProblem
 from tuckerl.testing import check_learner
 
 
@@ -118,7 +118,7 @@ class Peeks(QLearning):
 
     def __init__(self, env: Any, **parameters: Any) -> None:
         super().__init__(env, **parameters)
-        if isinstance(self.problem, SteppedProblem):
+        if isinstance(self.problem, GymnasiumProblem):
             self._settings = self._settings._replace(gamma=0.5)
 
 
@@ -148,7 +148,7 @@ def test_a_learner_that_draws_nothing_has_no_seed() -> None:
 
 
 def test_what_is_no_learner_is_refused() -> None:
-    with pytest.raises(ParameterTypeError, match=r"must be a subclass of tuckerl.learners.learner.Learner; got 'Q'"):
+    with pytest.raises(ParameterTypeError, match=r"must be a subclass of tuckerl.training.learner.Learner; got 'Q'"):
         check_learner("Q")  # type: ignore[arg-type]
     with pytest.raises(ParameterTypeError, match="parameters must leave alpha, seed to the checks"):
         check_learner(SarsaLambda, parameters={"alpha": 0.1, "seed": 1, "lambda_": 0.5})

@@ -9,9 +9,9 @@ import pytest
 import tuckerl
 from tests.testing.learners import ExpectedSarsa
 from tests.testing.test_environments import Pair
-from tuckerl.learners.learner import Learner
-from tuckerl.problems import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
+from tuckerl.environments import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
 from tuckerl.testing import check_learner, check_problem
+from tuckerl.training.learner import Learner
 
 PROBLEMS: dict[str, Callable[[], Any]] = {
     "Sutton's maze": tuckerl.sutton_maze,

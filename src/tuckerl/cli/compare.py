@@ -43,14 +43,14 @@ def compare(
     from tuckerl.cli.settings import parse_settings, search_here
     from tuckerl.progress import default_workers, progress_bar
     from tuckerl.reports import write_comparison
-    from tuckerl.reports.compare_words import outcome
-    from tuckerl.studies.compare import Request, contest
+    from tuckerl.reports.compare_text import outcome
+    from tuckerl.studies.compare import ComparisonConfig, contest
     from tuckerl.studies.compared import compared
     from tuckerl.studies.reproduce import run_study
 
     search_here(env)
     given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
-    made = contest(Request(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed))
+    made = contest(ComparisonConfig(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed))
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
     with progress_bar("runs") as progress:
         tables = run_study(

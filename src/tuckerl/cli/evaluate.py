@@ -22,8 +22,8 @@ def evaluate(
     # Imported here, so that --help is quick.
     from tuckerl.cli.settings import parse_settings, search_here
     from tuckerl.cli.warned import warnings_told
-    from tuckerl.reports.inside.learner import name_of
-    from tuckerl.reports.training_words import evaluation_lines
+    from tuckerl.reports.inspect.learner import name_of
+    from tuckerl.reports.training_text import evaluation_lines
     from tuckerl.studies.training import loaded
 
     search_here(env or "")

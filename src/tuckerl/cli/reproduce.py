@@ -30,7 +30,7 @@ def reproduce(
     # Imported here, so that --help is quick.
     from tuckerl.progress import default_workers, progress_bar
     from tuckerl.reports import write_report
-    from tuckerl.studies import gain, paper
+    from tuckerl.studies import ablation, paper
     from tuckerl.studies import sensitivity as readings
     from tuckerl.studies.reproduce import run_study
     from tuckerl.studies.runner import Tables
@@ -46,8 +46,8 @@ def reproduce(
 
     study = paper.paper_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)
     tables = played(study, folder, "runs")
-    apart = gain.gain_study(study)
-    found = gain.gains(apart, played(apart, folder / "gain", "what does the work").runs)
+    apart = ablation.ablation_study(study)
+    found = ablation.gains(apart, played(apart, folder / "gain", "what does the work").runs)
     cells = []
     if sensitivity:
         others = readings.sensitivity_study(study, paper.QUICK_RUNS if quick and runs is None else runs)

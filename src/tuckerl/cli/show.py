@@ -27,8 +27,8 @@ def show(
     # Imported here, so that --help is quick.
     from tuckerl.cli.settings import parse_numbers, parse_settings, search_here
     from tuckerl.cli.warned import warnings_told
-    from tuckerl.reports.inside.file import Asked, inside_of_file
-    from tuckerl.reports.inside.page import write_inside
+    from tuckerl.reports.inspect.file import Asked, inspect_file
+    from tuckerl.reports.inspect.page import write_inspection
 
     search_here(env or "")
     asked = Asked(
@@ -38,9 +38,9 @@ def show(
         parse_settings(env_settings or (), "--env-set"),
     )
     with warnings_told():
-        inside, lines = inside_of_file(file, asked)
+        inside, lines = inspect_file(file, asked)
     name = file.resolve().parent.name if file.name == "agent.tuckerl" else file.stem
-    page = write_inside(inside, out or Path("results") / "show" / name)
+    page = write_inspection(inside, out or Path("results") / "show" / name)
     for line in lines:
         typer.echo(line)
     typer.echo(f"Page: {page}")

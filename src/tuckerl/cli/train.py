@@ -43,15 +43,15 @@ def train(
     from tuckerl.cli.settings import parse_numbers, parse_settings, search_here
     from tuckerl.cli.warned import warnings_told
     from tuckerl.errors import RankWarning
-    from tuckerl.reports.training_words import how_it_plays, outcome_lines
-    from tuckerl.studies.order import Order
+    from tuckerl.reports.training_text import how_it_plays, outcome_lines
     from tuckerl.studies.training import Training
+    from tuckerl.studies.training_config import TrainingConfig
 
     search_here(env)
     given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
     bins = None if quantile_bins is None else parse_numbers(quantile_bins, "--quantile-bins")
     bins = bins[0] if bins and len(bins) == 1 else bins
-    order = Order(algorithm, env, keywords, given, bins, agents, seed, episodes, steps)
+    order = TrainingConfig(algorithm, env, keywords, given, bins, agents, seed, episodes, steps)
     folder = out or Path("results") / "train" / re.sub(r"[^\w.-]+", "-", f"{algorithm}-{env}")
     # Ranks that nobody chose need no words where a window allows fewer.
     with warnings_told(*(() if "ranks" in given else (RankWarning,))):

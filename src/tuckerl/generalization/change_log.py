@@ -1,7 +1,8 @@
 """Which rows of a Q-table changed, episode by episode: what a window of tables is later rebuilt from.
 
 The paper stores the whole table after every episode. Most rows do not change during an episode, so a kernel writes
-down only those that did: `mark` when it touches a row, `close_episode` to keep the marked rows as they are at the end.
+down only those that did: `record_change` when it touches a row, `close_episode` to keep
+those rows as they are at the end.
 """
 
 from typing import NamedTuple
@@ -67,7 +68,7 @@ def restore_log(log: ChangeLog, arrays: dict[str, np.ndarray]) -> None:
 
 
 @kernel
-def mark(log: ChangeLog, state: int) -> None:
+def record_change(log: ChangeLog, state: int) -> None:
     """Note that the row of `state` changes in this episode."""
     if log.enabled and log.stamp[state] != log.cursor[CLOCK]:
         log.stamp[state] = log.cursor[CLOCK]

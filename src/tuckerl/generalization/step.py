@@ -104,7 +104,7 @@ def _blas() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-class StepHistory(NamedTuple):
+class TensorStepHistory(NamedTuple):
     """What the step did after each of W windows."""
 
     episode: IntArray  # (W,) episodes finished by then
@@ -145,10 +145,10 @@ def _restored_loadings(arrays: dict[str, np.ndarray]) -> Loadings | None:
     return Loadings(arrays["loadings.states"], factors, arrays["loadings.core"], episode, fit)
 
 
-def empty_history(n_actions: int) -> StepHistory:
+def empty_history(n_actions: int) -> TensorStepHistory:
     """Return the history of no windows."""
     none = np.zeros(0, dtype=np.int64)
-    return StepHistory(none, np.zeros((0, n_actions)), none, np.zeros(0), np.zeros((0, 4), dtype=np.int64))
+    return TensorStepHistory(none, np.zeros((0, n_actions)), none, np.zeros(0), np.zeros((0, 4), dtype=np.int64))
 
 
 class Outcome(NamedTuple):
@@ -159,7 +159,7 @@ class Outcome(NamedTuple):
     finite: bool  # False where a table has left the finite numbers
 
 
-class StepRun:
+class TensorStepState:
     """One learner's use of a :class:`TensorStep`: the tables of its window, its warnings and its history."""
 
     def __init__(
@@ -212,7 +212,7 @@ class StepRun:
                 self._warn(
                     RankWarning,
                     f"ranks {self.step.ranks} are more than the tables of a window allow and were clipped to "
-                    f"{decomposition.ranks}; later windows may be clipped otherwise (see step_history.ranks)",
+                    f"{decomposition.ranks}; later windows may be clipped otherwise (see tensor_step_history.ranks)",
                 )
         weights = np.maximum(weigh.weigh(decomposition, self._n_actions, rng), self.step.floor)
         if not weights.all():
@@ -238,11 +238,11 @@ class StepRun:
         return len(self._history)
 
     @property
-    def history(self) -> StepHistory:
+    def history(self) -> TensorStepHistory:
         """What was done after each window so far."""
         if not self._history:
             return empty_history(self._n_actions)
-        return StepHistory(*(np.array(column) for column in zip(*self._history, strict=True)))
+        return TensorStepHistory(*(np.array(column) for column in zip(*self._history, strict=True)))
 
     def saved(self) -> dict[str, np.ndarray]:
         """Return the arrays from which `restore` goes on."""
@@ -253,7 +253,7 @@ class StepRun:
         """Go on from what `saved` returned."""
         self.snapshots.restore(arrays)
         self.loadings = _restored_loadings(arrays)
-        columns = (arrays[name] for name in StepHistory._fields)
+        columns = (arrays[name] for name in TensorStepHistory._fields)
         self._history = [
             (int(episode), weights, int(chosen), float(fit), tuple(int(rank) for rank in ranks))
             for episode, weights, chosen, fit, ranks in zip(*columns, strict=True)

@@ -12,23 +12,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tuckerl._jit import kernel
+from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int, check_name
 from tuckerl.errors import ProblemError
-from tuckerl.generalization.change_log import mark
-from tuckerl.learners.choices import epsilon_greedy, maxima, random_maximum
-from tuckerl.learners.episodes import Agent, Transition
-from tuckerl.learners.learner import Learner
-from tuckerl.learners.parameters import LearnerParameters
-from tuckerl.learners.play import NOT_FINITE, algorithm
+from tuckerl.generalization.change_log import record_change
 from tuckerl.learners.q_learning import update
-from tuckerl.learners.saved import Arrays, of_prefix, with_prefix
 from tuckerl.problems.mdp import check_heuristic
-from tuckerl.problems.resolve import Environment
 from tuckerl.rng import below
+from tuckerl.training.agent_arrays import Agent, Transition
+from tuckerl.training.learner import Learner
+from tuckerl.training.learner_file import Arrays, of_prefix, with_prefix
+from tuckerl.training.loop import NOT_FINITE, algorithm
+from tuckerl.training.parameters import LearnerParameters
+from tuckerl.training.policies import epsilon_greedy, maxima, random_maximum
 from tuckerl.types import FloatArray, IntArray, StateArray, Stream
 
 
-class Walk(IntEnum):
+class SearchControl(IntEnum):
     """Where each planning step begins."""
 
     TRAJECTORY = 0  # at the current state, then where the last planned step led
@@ -40,7 +40,7 @@ class Planning(NamedTuple):
     """How to plan."""
 
     n_steps: int
-    walk: int
+    search_control: int
     heuristic: FloatArray  # (S,)
 
 
@@ -109,9 +109,9 @@ def plan(model: Model, planning: Planning, agent: Agent, start: int) -> float:
     """Do the planning steps that follow a real one; return the sum of the new values (not finite if one is not)."""
     state, total, rng = start, 0.0, agent.rng
     for _ in range(planning.n_steps):
-        if planning.walk == Walk.RESTART:
+        if planning.search_control == SearchControl.RESTART:
             state = start
-        elif planning.walk == Walk.RANDOM:
+        elif planning.search_control == SearchControl.RANDOM:
             state = model.observed[below(model.n_observed[0], rng)]
         if model.n_farthest[state] > 0:
             chosen = random_maximum(model.distance, state, model.farthest[state], model.n_farthest[state], rng)
@@ -121,7 +121,7 @@ def plan(model: Model, planning: Planning, agent: Agent, start: int) -> float:
         action: Any = np.uint32(chosen)  # unsigned, as states are: a tenth of the time
         outcome = model.outcome[state, action]
         reward, discount, next_state = outcome["reward"], outcome["discount"], outcome["next_state"]
-        mark(agent.log, state)
+        record_change(agent.log, state)
         total += update(agent, state, action, reward, discount, next_state)
         state = next_state
     return total
@@ -143,7 +143,7 @@ def first(method: DynaMethod, agent: Agent, state: int, epsilon: float) -> int:
 @kernel
 def turn(method: DynaMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Learn from a step, plan, and choose the next action."""
-    mark(agent.log, seen.state)
+    record_change(agent.log, seen.state)
     value = update(agent, seen.state, seen.action, seen.reward, seen.discount, seen.next_state)
     remember(method.model, method.planning.heuristic, seen)
     if not np.isfinite(value + plan(method.model, method.planning, agent, seen.state)):
@@ -160,12 +160,12 @@ class DynaH(Learner):
     Parameters
     ----------
     env
-        As for every :class:`~tuckerl.learners.learner.Learner`, whose other parameters hold too.
+        As for every :class:`~tuckerl.training.learner.Learner`, whose other parameters hold too.
     planning_steps : int
         Planned updates after each real step.
     heuristic : (S,) float, optional
         H: larger is farther from the goal. Default: the problem's own; a maze has its squared distance.
-    walk : str
+    search_control : str
         Where a planning step begins: ``"trajectory"``, where the last one led (the first: at the current state);
         ``"restart"``, at the current state; ``"random"``, at a random observed state.
 
@@ -192,7 +192,7 @@ class DynaH(Learner):
         *,
         planning_steps: int = 10,
         heuristic: ArrayLike | None = None,
-        walk: Literal["trajectory", "restart", "random"] = "trajectory",
+        search_control: Literal["trajectory", "restart", "random"] = "trajectory",
         **parameters: Unpack[LearnerParameters],
     ) -> None:
         super().__init__(env, **parameters)
@@ -204,10 +204,10 @@ class DynaH(Learner):
                 f"DynaH needs a heuristic and this problem has none of its own: pass heuristic=, {n_states} numbers, "
                 "larger where the goal is farther"
             )
-        walk_name = check_name("walk", walk, (known.name.lower() for known in Walk))
+        control = check_name("search_control", search_control, (known.name.lower() for known in SearchControl))
         self.planning_steps = check_int("planning_steps", planning_steps, 0)
         self._planning = Planning(
-            self.planning_steps, int(Walk[walk_name.upper()]), check_heuristic(heuristic, n_states)
+            self.planning_steps, int(SearchControl[control.upper()]), check_heuristic(heuristic, n_states)
         )
         self._models = tuple(empty_model(n_states, n_actions) for _ in range(self.n_tables))
 
@@ -215,8 +215,8 @@ class DynaH(Learner):
         return DynaMethod(self._models[table], self._planning)
 
     def _parameters(self) -> dict[str, Any]:
-        walk = Walk(self._planning.walk).name.lower()
-        return super()._parameters() | {"planning_steps": self.planning_steps, "walk": walk}
+        control = SearchControl(self._planning.search_control).name.lower()
+        return super()._parameters() | {"planning_steps": self.planning_steps, "search_control": control}
 
     @classmethod
     def _array_parameters(cls, arrays: Arrays) -> dict[str, Any]:

@@ -3,16 +3,16 @@
 from os import PathLike
 from pathlib import Path
 
+from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import SavedFileError
 from tuckerl.generalization.step import TensorStep
-from tuckerl.learners import saved
 from tuckerl.learners.dyna_h import DynaH
-from tuckerl.learners.learner import Learner
 from tuckerl.learners.q_learning import QLearning
 from tuckerl.learners.sarsa import Sarsa
 from tuckerl.learners.sarsa_lambda import SarsaLambda
 from tuckerl.learners.team_q import TeamQ
-from tuckerl.problems.resolve import Environment
+from tuckerl.training import learner_file as saved
+from tuckerl.training.learner import Learner
 
 OWN: tuple[type[Learner], ...] = (QLearning, Sarsa, SarsaLambda, DynaH, TeamQ)
 """This library's learners."""
@@ -27,7 +27,7 @@ def load(
     ----------
     path
     env, tensor_step
-        What no file holds; see :meth:`tuckerl.learners.learner.Learner.load`.
+        What no file holds; see :meth:`tuckerl.training.learner.Learner.load`.
 
     Raises
     ------

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.generalization.change_log import mark
-from tuckerl.learners.choices import best_value, epsilon_greedy
-from tuckerl.learners.episodes import Agent, Transition
-from tuckerl.learners.learner import Learner
-from tuckerl.learners.play import NOT_FINITE, algorithm
+from tuckerl.generalization.change_log import record_change
+from tuckerl.training.agent_arrays import Agent, Transition
+from tuckerl.training.learner import Learner
+from tuckerl.training.loop import NOT_FINITE, algorithm
+from tuckerl.training.policies import best_value, epsilon_greedy
 
 
 class QMethod(NamedTuple):
@@ -25,8 +25,8 @@ class QMethod(NamedTuple):
 def update(agent: Agent, state: int, action: int, reward: float, discount: float, next_state: int) -> float:
     """Move Q(s, a) towards its target and return its new value."""
     q = agent.q
-    delta = reward + discount * best_value(q, agent.forbidden, next_state) - q[state, action]
-    q[state, action] += agent.rates[action] * delta
+    delta = reward + discount * best_value(q, agent.action_mask, next_state) - q[state, action]
+    q[state, action] += agent.step_sizes[action] * delta
     return q[state, action]
 
 
@@ -39,7 +39,7 @@ def first(method: QMethod, agent: Agent, state: int, epsilon: float) -> int:
 @kernel
 def turn(method: QMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Learn from a step and choose the next action."""
-    mark(agent.log, seen.state)
+    record_change(agent.log, seen.state)
     value = update(agent, seen.state, seen.action, seen.reward, seen.discount, seen.next_state)
     if not np.isfinite(value):
         return NOT_FINITE
@@ -52,7 +52,7 @@ algorithm(QMethod, first=first, turn=turn)
 class QLearning(Learner):
     """Q-learning for one agent or several, each in its own copy of the problem.
 
-    See :class:`~tuckerl.learners.learner.Learner` for the parameters.
+    See :class:`~tuckerl.training.learner.Learner` for the parameters.
 
     References
     ----------

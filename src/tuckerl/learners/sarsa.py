@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.generalization.change_log import mark
-from tuckerl.learners.choices import epsilon_greedy
-from tuckerl.learners.episodes import Agent, Transition
-from tuckerl.learners.learner import Learner
-from tuckerl.learners.play import NOT_FINITE, algorithm
+from tuckerl.generalization.change_log import record_change
+from tuckerl.training.agent_arrays import Agent, Transition
+from tuckerl.training.learner import Learner
+from tuckerl.training.loop import NOT_FINITE, algorithm
+from tuckerl.training.policies import epsilon_greedy
 
 
 class SarsaMethod(NamedTuple):
@@ -32,9 +32,9 @@ def turn(method: SarsaMethod, agent: Agent, seen: Transition, epsilon: float) ->
     """Choose the next action and learn from it (after a truncation, too: its value is bootstrapped)."""
     q, state, action = agent.q, seen.state, seen.action
     next_action = epsilon_greedy(agent, seen.next_state, epsilon)
-    mark(agent.log, state)
+    record_change(agent.log, state)
     delta = seen.reward + seen.discount * q[seen.next_state, next_action] - q[state, action]
-    q[state, action] += agent.rates[action] * delta
+    q[state, action] += agent.step_sizes[action] * delta
     return next_action if np.isfinite(q[state, action]) else NOT_FINITE
 
 
@@ -44,7 +44,7 @@ algorithm(SarsaMethod, first=first, turn=turn)
 class Sarsa(Learner):
     """SARSA for one agent or several, each in its own copy of the problem.
 
-    See :class:`~tuckerl.learners.learner.Learner` for the parameters.
+    See :class:`~tuckerl.training.learner.Learner` for the parameters.
 
     References
     ----------

@@ -11,11 +11,11 @@ postponed until a row is looked at: see `traces`. (Rummery and Niranjan 1994; Si
 from typing import NamedTuple
 
 from tuckerl._jit import kernel
-from tuckerl.learners.choices import epsilon_greedy
-from tuckerl.learners.episodes import Agent, Transition
-from tuckerl.learners.play import NOT_FINITE, algorithm
-from tuckerl.learners.traces import Traces, bring_up_to_date, learn, settle, value_of
+from tuckerl.learners.traces import Traces, flush_traces, learn, sync_row, value_of
 from tuckerl.learners.tracing import TracingLearner
+from tuckerl.training.agent_arrays import Agent, Transition
+from tuckerl.training.loop import NOT_FINITE, algorithm
+from tuckerl.training.policies import epsilon_greedy
 
 
 class SarsaLambdaMethod(NamedTuple):
@@ -27,26 +27,26 @@ class SarsaLambdaMethod(NamedTuple):
 @kernel
 def first(method: SarsaLambdaMethod, agent: Agent, state: int, epsilon: float) -> int:
     """Choose an episode's first action."""
-    bring_up_to_date(method.traces, agent.q, agent.rates, agent.log, state)
+    sync_row(method.traces, agent.q, agent.step_sizes, agent.log, state)
     return epsilon_greedy(agent, state, epsilon)
 
 
 @kernel
 def turn(method: SarsaLambdaMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Choose the next action, and let the error reach all pairs that have a trace."""
-    traces, q, rates, log = method.traces, agent.q, agent.rates, agent.log
-    bring_up_to_date(traces, q, rates, log, seen.next_state)
+    traces, q, step_sizes, log = method.traces, agent.q, agent.step_sizes, agent.log
+    sync_row(traces, q, step_sizes, log, seen.next_state)
     next_action = epsilon_greedy(agent, seen.next_state, epsilon)
-    value = value_of(traces, q, rates, log, seen.state, seen.action)
+    value = value_of(traces, q, step_sizes, log, seen.state, seen.action)
     delta = seen.reward + seen.discount * q[seen.next_state, next_action] - value
-    return next_action if learn(traces, q, rates, log, seen.state, seen.action, delta) else NOT_FINITE
+    return next_action if learn(traces, q, step_sizes, log, seen.state, seen.action, delta) else NOT_FINITE
 
 
 @kernel
 def leave(method: SarsaLambdaMethod, agent: Agent, finished: bool) -> bool:
     """Bring all rows up to date; traces go on into the next episode only if they are to, and this one was finished."""
     keep = finished and method.traces.decay.carried
-    return settle(method.traces, agent.q, agent.rates, agent.log, keep)
+    return flush_traces(method.traces, agent.q, agent.step_sizes, agent.log, keep)
 
 
 algorithm(SarsaLambdaMethod, first=first, turn=turn, leave=leave)

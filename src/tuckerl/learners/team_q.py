@@ -1,8 +1,9 @@
 r"""Team-Q, Watkins' Q(lambda) on the joint states and joint actions of a team; with a tensor step, the paper's Team-TQ.
 
-One table serves the whole team. Each member explores on its own with probability epsilon and else plays its part of the
-greedy joint action, so that joint actions are partly random. A joint action that is not greedy cuts the traces: what
-came before it did not follow from the policy that is learned. (Littman 2001; Watkins 1989; the paper's section IV.C.)
+One table serves the whole team. Each agent explores on its own with probability epsilon and else plays its part of
+the greedy joint action, so that joint actions are partly random. A joint action that is not greedy cuts the traces:
+what came before it did not follow from the policy that is learned. (Littman 2001; Watkins 1989; the paper's section
+IV.C.)
 """
 
 from collections.abc import Mapping
@@ -12,18 +13,18 @@ from typing import Any, Literal, NamedTuple, Unpack
 import numpy as np
 
 from tuckerl._jit import kernel
+from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
+from tuckerl.adapters.resolve import Agents, Environment, Reading
 from tuckerl.checks import check_flag, check_name
 from tuckerl.errors import ProblemError
-from tuckerl.learners.choices import best_value, greedy
-from tuckerl.learners.episodes import Agent, Transition
-from tuckerl.learners.parameters import LearnerParameters
-from tuckerl.learners.play import NOT_FINITE, algorithm
-from tuckerl.learners.traces import Traces, bring_up_to_date, learn, settle
+from tuckerl.learners.traces import Traces, flush_traces, learn, sync_row
 from tuckerl.learners.tracing import TracingLearner
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.resolve import Agents, Environment, Reading
-from tuckerl.problems.stepped import SteppedProblem
 from tuckerl.rng import below, uniform
+from tuckerl.training.agent_arrays import Agent, Transition
+from tuckerl.training.loop import NOT_FINITE, algorithm
+from tuckerl.training.parameters import LearnerParameters
+from tuckerl.training.policies import best_value, greedy
 from tuckerl.types import BoolArray, IntArray
 
 _TIE = 1e-12  # values this close differ by the order of additions only, which must not decide
@@ -32,13 +33,13 @@ _TIE = 1e-12  # values this close differ by the order of additions only, which m
 class Team(NamedTuple):
     """What kernels read of a team."""
 
-    sizes: IntArray  # (M,) how many actions each member has; one member where a single draw is for all
-    parts: IntArray  # (M,) room for the members' parts of a joint action
-    cut: bool  # the traces, by a joint action that is not greedy
+    sizes: IntArray  # (M,) how many actions each agent_place has; one agent_place where a single draw is for all
+    parts: IntArray  # (M,) room for the agents' parts of a joint action
+    cut_traces: bool  # by a joint action that is not greedy
 
 
 class TeamMethod(NamedTuple):
-    """Team-Q keeps traces and knows its members."""
+    """Team-Q keeps traces and knows its agents."""
 
     traces: Traces
     team: Team
@@ -46,31 +47,31 @@ class TeamMethod(NamedTuple):
 
 @kernel
 def team_action(team: Team, agent: Agent, state: int, epsilon: float) -> int:
-    """Return the joint action of a team whose members explore independently."""
+    """Return the joint action of a team whose agents explore independently."""
     sizes, parts, n_exploring, place = team.sizes, team.parts, 0, agent.q.shape[1]
-    for member in range(sizes.size):
-        parts[member] = -1
-        place //= sizes[member]
+    for agent_place in range(sizes.size):
+        parts[agent_place] = -1
+        place //= sizes[agent_place]
         if uniform(agent.rng) < epsilon:
-            parts[member] = _random_part(agent, state, sizes[member], place)
+            parts[agent_place] = _random_part(agent, state, sizes[agent_place], place)
             n_exploring += 1
     joint = greedy(agent, state) if n_exploring < sizes.size else 0
     action, place = 0, 1
-    for member in range(sizes.size - 1, -1, -1):  # C order: the last member's part counts ones
-        part = parts[member] if parts[member] >= 0 else joint % sizes[member]
-        joint //= sizes[member]
+    for agent_place in range(sizes.size - 1, -1, -1):  # C order: the last agent_place's part counts ones
+        part = parts[agent_place] if parts[agent_place] >= 0 else joint % sizes[agent_place]
+        joint //= sizes[agent_place]
         action += part * place
-        place *= sizes[member]
+        place *= sizes[agent_place]
     return action
 
 
 @kernel
 def _random_part(agent: Agent, state: int, size: int, place: int) -> int:
-    """Draw what a member may do; its part counts `place` in a joint action.
+    """Draw what a agent may do; its part counts `place` in a joint action.
 
     Members' masks are independent of each other: a part may be taken where any joint action with it may.
     """
-    if agent.forbidden.size == 0:
+    if agent.action_mask.size == 0:
         return below(size, agent.rng)
     n_allowed = 0
     for part in range(size):
@@ -86,7 +87,7 @@ def _random_part(agent: Agent, state: int, size: int, place: int) -> int:
 @kernel
 def _part_is_allowed(agent: Agent, state: int, part: int, size: int, place: int) -> bool:
     for action in range(agent.q.shape[1]):
-        if action // place % size == part and not agent.forbidden[state, action]:
+        if action // place % size == part and agent.action_mask[state, action]:
             return True
     return False
 
@@ -95,11 +96,11 @@ def _part_is_allowed(agent: Agent, state: int, part: int, size: int, place: int)
 def choose(method: TeamMethod, agent: Agent, state: int, epsilon: float) -> int:
     """Choose a joint action; one whose value lies below the row's maximum cuts the traces, if it is to."""
     traces, q = method.traces, agent.q
-    bring_up_to_date(traces, q, agent.rates, agent.log, state)
+    sync_row(traces, q, agent.step_sizes, agent.log, state)
     action = team_action(method.team, agent, state, epsilon)
-    best = best_value(q, agent.forbidden, state)
+    best = best_value(q, agent.action_mask, state)
     is_worse = q[state, action] < best - _TIE * abs(best)
-    if method.team.cut and is_worse and not settle(traces, q, agent.rates, agent.log, False):
+    if method.team.cut_traces and is_worse and not flush_traces(traces, q, agent.step_sizes, agent.log, False):
         return NOT_FINITE
     return action
 
@@ -108,9 +109,9 @@ def choose(method: TeamMethod, agent: Agent, state: int, epsilon: float) -> int:
 def turn(method: TeamMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
     """Let the error reach all pairs that have a trace, and choose the next joint action."""
     traces, q, state, action = method.traces, agent.q, seen.state, seen.action
-    bring_up_to_date(traces, q, agent.rates, agent.log, seen.next_state)
-    delta = seen.reward + seen.discount * best_value(q, agent.forbidden, seen.next_state) - q[state, action]
-    if not learn(traces, q, agent.rates, agent.log, state, action, delta):
+    sync_row(traces, q, agent.step_sizes, agent.log, seen.next_state)
+    delta = seen.reward + seen.discount * best_value(q, agent.action_mask, seen.next_state) - q[state, action]
+    if not learn(traces, q, agent.step_sizes, agent.log, state, action, delta):
         return NOT_FINITE
     return 0 if seen.ended else choose(method, agent, seen.next_state, epsilon)
 
@@ -119,7 +120,7 @@ def turn(method: TeamMethod, agent: Agent, seen: Transition, epsilon: float) -> 
 def leave(method: TeamMethod, agent: Agent, finished: bool) -> bool:
     """Bring all rows up to date; traces go on into the next episode only if they are to, and this one was finished."""
     keep = finished and method.traces.decay.carried
-    return settle(method.traces, agent.q, agent.rates, agent.log, keep)
+    return flush_traces(method.traces, agent.q, agent.step_sizes, agent.log, keep)
 
 
 algorithm(TeamMethod, first=choose, turn=turn, leave=leave)
@@ -134,12 +135,12 @@ class TeamQ(TracingLearner):
         A joint problem: a :class:`~tuckerl.TabularMDP` with `action_sizes`, or a PettingZoo parallel environment with
         finite spaces, by id, instance or callable. :class:`~tuckerl.learners.tracing.TracingLearner` has the other
         parameters.
-    cut : bool
+    cut_traces : bool
         Whether a joint action below the row's maximum zeroes all traces before its own update (Watkins).
-    exploration : "members" or "team"
-        Whether each member draws on its own, or one draw makes the whole joint action random.
+    exploration : "independent" or "joint"
+        Whether each agent draws on its own, or one draw makes the whole joint action random.
     team_reward : str
-        What the team is paid: the ``"mean"`` or the ``"sum"`` of its members' rewards, or one member's, by its name.
+        What the team is paid: the ``"mean"`` or the ``"sum"`` of its agents' rewards, or one agent's, by its name.
         Joint transitions that an environment carries pay the mean; for anything else it is stepped.
 
     Raises
@@ -147,7 +148,7 @@ class TeamQ(TracingLearner):
     ParameterError
         If `team_reward` is given for a problem that is no PettingZoo environment.
     ProblemError
-        If a problem's action masks are not independent of each other and members explore on their own.
+        If a problem's action masks are not independent of each other and agents explore on their own.
 
     References
     ----------
@@ -161,14 +162,14 @@ class TeamQ(TracingLearner):
     (1, 36864, 25)
     """
 
-    _agents = Agents.TEAM
+    _agents = Agents.JOINT
 
     def __init__(
         self,
         env: Environment,
         *,
-        cut: bool = True,
-        exploration: Literal["members", "team"] = "members",
+        cut_traces: bool = True,
+        exploration: Literal["independent", "joint"] = "independent",
         team_reward: str = "mean",
         lambda_: float = 0.95,
         trace: Literal["replacing", "accumulating"] = "replacing",
@@ -177,21 +178,21 @@ class TeamQ(TracingLearner):
     ) -> None:
         self.team_reward = team_reward
         super().__init__(env, lambda_=lambda_, trace=trace, carry_trace=carry_trace, **parameters)
-        self.cut = check_flag("cut", cut)
-        self.exploration = check_name("exploration", exploration, ("members", "team"))
+        self.cut_traces = check_flag("cut_traces", cut_traces)
+        self.exploration = check_name("exploration", exploration, ("independent", "joint"))
         sizes: tuple[int, ...] = (self.problem.n_actions,)
-        if isinstance(self.problem, (TabularMDP, SteppedProblem)) and self.exploration == "members":
+        if isinstance(self.problem, (TabularMDP, GymnasiumProblem)) and self.exploration == "independent":
             sizes = self.problem.action_sizes
         if isinstance(self.problem, TabularMDP):
-            _check_independent(self.problem.arrays.forbidden, sizes)
-        self._team = Team(np.array(sizes, dtype=np.int64), np.zeros(len(sizes), dtype=np.int64), self.cut)
+            _check_independent(self.problem.arrays.action_mask, sizes)
+        self._team = Team(np.array(sizes, dtype=np.int64), np.zeros(len(sizes), dtype=np.int64), self.cut_traces)
 
     def _method(self, table: int) -> TeamMethod:
         return TeamMethod(self._traces[table], self._team)
 
     def _parameters(self) -> dict[str, Any]:
         return super()._parameters() | {
-            "cut": self.cut,
+            "cut_traces": self.cut_traces,
             "exploration": self.exploration,
             "team_reward": self.team_reward,
         }
@@ -202,18 +203,18 @@ class TeamQ(TracingLearner):
         return replace(super().reading_of(parameters), reward=parameters.get("team_reward", "mean"))
 
 
-def _check_independent(forbidden: BoolArray, sizes: tuple[int, ...]) -> None:
-    """Refuse masks by which members that explore on their own could meet in a forbidden joint action."""
-    if forbidden.size == 0:
+def _check_independent(action_mask: BoolArray, sizes: tuple[int, ...]) -> None:
+    """Refuse masks by which agents that explore on their own could meet in a forbidden joint action."""
+    if action_mask.size == 0:
         return
-    allowed = ~forbidden.reshape(-1, *sizes)
+    allowed = action_mask.reshape(-1, *sizes)
     independent = np.ones_like(allowed)
-    for member in range(1, allowed.ndim):
-        others = tuple(axis for axis in range(1, allowed.ndim) if axis != member)
+    for agent_place in range(1, allowed.ndim):
+        others = tuple(axis for axis in range(1, allowed.ndim) if axis != agent_place)
         independent &= allowed.any(axis=others, keepdims=True)
     if (independent != allowed).any():
         state = int(np.argwhere(independent != allowed)[0, 0])
         raise ProblemError(
-            f"the members' action masks must be independent of each other where members explore on their own; in state "
-            f"{state} a joint action is forbidden whose parts are allowed beside others: use exploration='team'"
+            f"the agents' action masks must be independent of each other where agents explore on their own; in state "
+            f"{state} a joint action is forbidden whose parts are allowed beside others: use exploration='joint'"
         )

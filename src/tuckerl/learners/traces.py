@@ -9,8 +9,8 @@ product phi of the decays, and all that a row has missed since it was last broug
 summed over the steps since. So a step adds one number to Delta, and only the rows that are looked at are brought up
 to date: exactly, not approximately (Wiering and Schmidhuber 1998, "Fast online Q(lambda)").
 
-Before phi gets too small to be divided by, a new *era* begins from phi = 1 and Delta = 0. A row that was last looked at
-in an earlier era finds there what it needs to catch up, so no step waits until all rows are moved to the new era.
+Before phi gets too small to be divided by, a new *epoch* begins from phi = 1 and Delta = 0. A row that was last looked
+at in an earlier epoch finds there what it needs to catch up, so no step waits until all rows are moved to the new one.
 """
 
 from typing import NamedTuple
@@ -18,17 +18,17 @@ from typing import NamedTuple
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.generalization.change_log import ChangeLog, mark
+from tuckerl.generalization.change_log import ChangeLog, record_change
 from tuckerl.types import FloatArray, IntArray, StateArray
 
-_NEW_ERA_BELOW = 1e-8
+_NEW_EPOCH_BELOW = 1e-8
 _FAST_DECAY = 1e-4  # a visit to a row that missed the last step costs as many digits as one decay takes
-_N_ERAS = 40  # then a trace of the first era is below 1e-8 ** 40, smaller than any float
+_N_EPOCHS = 40  # then a trace of the first epoch is below 1e-8 ** 40, smaller than any float
 _FORGET_BELOW = 1e-300  # not earlier: however small its trace, a pair of value 0 becomes better than others of value 0
 
 PHI, DELTA, REST = 0, 1, 2
 LATER, SCALE = 3, 4
-ROWS, ERA = 0, 1
+ROWS, EPOCH = 0, 1
 
 
 class Decay(NamedTuple):
@@ -51,10 +51,10 @@ class Traces(NamedTuple):
     state: StateArray  # (S + 1,) whose row it is
     constant: FloatArray  # (S + 1, A) e(s, a) / phi; zero in slots that are free
     seen: FloatArray  # (S + 1, 2) what DELTA and REST were when the row was last brought up to date
-    era: StateArray  # (S + 1,) and in which era that was
+    epoch: StateArray  # (S + 1,) and in which epoch that was
     clock: FloatArray  # (3,) PHI, DELTA and REST
-    past: FloatArray  # (_N_ERAS, 5) for each era before this one: clock at its end, what followed, phi since
-    cursor: IntArray  # (2,) slots in use, and the present era
+    past: FloatArray  # (_N_EPOCHS, 5) for each epoch before this one: clock at its end, what followed, phi since
+    cursor: IntArray  # (2,) slots in use, and the present epoch
 
 
 def empty_traces(n_states: int, n_actions: int, decay: Decay) -> Traces:
@@ -65,50 +65,50 @@ def empty_traces(n_states: int, n_actions: int, decay: Decay) -> Traces:
         state=np.zeros(n_states + 1, dtype=np.uint32),
         constant=np.zeros((n_states + 1, n_actions)),
         seen=np.zeros((n_states + 1, 2)),
-        era=np.zeros(n_states + 1, dtype=np.uint32),
+        epoch=np.zeros(n_states + 1, dtype=np.uint32),
         clock=np.array([1.0, 0.0, 0.0]),
-        past=np.zeros((_N_ERAS, 5)),
+        past=np.zeros((_N_EPOCHS, 5)),
         cursor=np.zeros(2, dtype=np.int64),
     )
 
 
 @kernel
-def bring_up_to_date(traces: Traces, q: FloatArray, rates: FloatArray, log: ChangeLog, state: int) -> None:
-    """Give a row of `q` all that it has missed; `rates` are alpha omega."""
+def sync_row(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeLog, state: int) -> None:
+    """Give a row of `q` all that it has missed; `step_sizes` are alpha omega."""
     slot = traces.slot[state]
     if slot == 0:
         return
     clock, seen, scale = traces.clock, traces.seen[slot], 1.0
     missed = (clock[DELTA] - seen[0]) + (clock[REST] - seen[1])
-    if traces.era[slot] != traces.cursor[ERA]:
-        past = traces.past[traces.era[slot]]
+    if traces.epoch[slot] != traces.cursor[EPOCH]:
+        past = traces.past[traces.epoch[slot]]
         since = past[LATER] + past[SCALE] * (clock[DELTA] + clock[REST])
         missed = (past[DELTA] - seen[0]) + (past[REST] - seen[1]) + past[PHI] * since
         scale = past[PHI] * past[SCALE]
     if missed != 0.0:
-        mark(log, state)
+        record_change(log, state)
         for action in range(q.shape[1]):
-            q[state, action] += rates[action] * (traces.constant[slot, action] * missed)
+            q[state, action] += step_sizes[action] * (traces.constant[slot, action] * missed)
     if scale != 1.0:
-        traces.era[slot] = traces.cursor[ERA]
+        traces.epoch[slot] = traces.cursor[EPOCH]
         for action in range(q.shape[1]):
             traces.constant[slot, action] *= scale
     seen[0], seen[1] = clock[DELTA], clock[REST]
 
 
 @kernel
-def value_of(traces: Traces, q: FloatArray, rates: FloatArray, log: ChangeLog, state: int, action: int) -> float:
+def value_of(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeLog, state: int, action: int) -> float:
     """Return Q(s, a) as it is up to date, without the work for its row."""
     slot = traces.slot[state]
     # A pair without a trace has missed nothing: its value, perhaps 0, must not meet what its row has missed.
-    if slot != 0 and (traces.era[slot] != traces.cursor[ERA] or traces.constant[slot, action] == 0.0):
-        bring_up_to_date(traces, q, rates, log, state)
-    return q[state, action] + rates[action] * (traces.constant[slot, action] * _missed(traces, slot))
+    if slot != 0 and (traces.epoch[slot] != traces.cursor[EPOCH] or traces.constant[slot, action] == 0.0):
+        sync_row(traces, q, step_sizes, log, state)
+    return q[state, action] + step_sizes[action] * (traces.constant[slot, action] * _missed(traces, slot))
 
 
 @kernel
 def _missed(traces: Traces, slot: int) -> float:
-    """Return what a row of this era has missed."""
+    """Return what a row of this epoch has missed."""
     if slot == 0:
         return 0.0
     return (traces.clock[DELTA] - traces.seen[slot, 0]) + (traces.clock[REST] - traces.seen[slot, 1])
@@ -116,22 +116,22 @@ def _missed(traces: Traces, slot: int) -> float:
 
 @kernel
 def learn(
-    traces: Traces, q: FloatArray, rates: FloatArray, log: ChangeLog, state: int, action: int, delta: float
+    traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeLog, state: int, action: int, delta: float
 ) -> bool:
     """Visit a pair whose value was looked up, let a step's error reach all pairs by their traces, and let these decay.
 
     Return whether everything is finite, as far as it was looked at.
     """
     if not np.isfinite(delta):
-        settle(traces, q, rates, log, False)
+        flush_traces(traces, q, step_sizes, log, False)
         return False
     if traces.decay.factor == 0.0:
-        mark(log, state)
-        q[state, action] += rates[action] * delta
+        record_change(log, state)
+        q[state, action] += step_sizes[action] * delta
         return np.isfinite(q[state, action])
     if traces.decay.factor < _FAST_DECAY:
-        bring_up_to_date(traces, q, rates, log, state)
-    _visit(traces, q, rates, state, action)
+        sync_row(traces, q, step_sizes, log, state)
+    _visit(traces, q, step_sizes, state, action)
     clock = traces.clock
     change = delta * clock[PHI]
     total = clock[DELTA] + change
@@ -139,48 +139,48 @@ def learn(
     clock[REST] += (clock[DELTA] - (total - added)) + (change - added)
     clock[DELTA] = total
     clock[PHI] *= traces.decay.factor
-    if clock[PHI] < _NEW_ERA_BELOW:
-        _begin_era(traces)
-        if traces.cursor[ERA] == _N_ERAS:
-            return settle(traces, q, rates, log, True)
+    if clock[PHI] < _NEW_EPOCH_BELOW:
+        _begin_epoch(traces)
+        if traces.cursor[EPOCH] == _N_EPOCHS:
+            return flush_traces(traces, q, step_sizes, log, True)
     return True
 
 
 @kernel
-def _visit(traces: Traces, q: FloatArray, rates: FloatArray, state: int, action: int) -> None:
+def _visit(traces: Traces, q: FloatArray, step_sizes: FloatArray, state: int, action: int) -> None:
     """Give a pair its trace, and its entry such a value that catching up with its row stays right for it."""
     slot = traces.slot[state]
     if slot == 0:
         traces.cursor[ROWS] += 1
         slot = np.uint32(traces.cursor[ROWS])
-        traces.slot[state], traces.state[slot], traces.era[slot] = slot, state, traces.cursor[ERA]
+        traces.slot[state], traces.state[slot], traces.epoch[slot] = slot, state, traces.cursor[EPOCH]
         traces.seen[slot, 0], traces.seen[slot, 1] = traces.clock[DELTA], traces.clock[REST]
     one, before = 1.0 / traces.clock[PHI], traces.constant[slot, action]
     after = one if traces.decay.replacing else before + one
     traces.constant[slot, action] = after
-    q[state, action] += rates[action] * ((before - after) * _missed(traces, slot))
+    q[state, action] += step_sizes[action] * ((before - after) * _missed(traces, slot))
 
 
 @kernel
-def _begin_era(traces: Traces) -> None:
-    """Begin anew from phi = 1, and keep for each era before what its rows will need."""
-    clock, past, era = traces.clock, traces.past, traces.cursor[ERA]
-    for earlier in range(era):
+def _begin_epoch(traces: Traces) -> None:
+    """Begin anew from phi = 1, and keep for each epoch before what its rows will need."""
+    clock, past, epoch = traces.clock, traces.past, traces.cursor[EPOCH]
+    for earlier in range(epoch):
         past[earlier, LATER] += past[earlier, SCALE] * (clock[DELTA] + clock[REST])
         past[earlier, SCALE] *= clock[PHI]
-    past[era, PHI], past[era, DELTA], past[era, REST] = clock[PHI], clock[DELTA], clock[REST]
-    past[era, LATER], past[era, SCALE] = 0.0, 1.0
+    past[epoch, PHI], past[epoch, DELTA], past[epoch, REST] = clock[PHI], clock[DELTA], clock[REST]
+    past[epoch, LATER], past[epoch, SCALE] = 0.0, 1.0
     clock[PHI], clock[DELTA], clock[REST] = 1.0, 0.0, 0.0
-    traces.cursor[ERA] += 1
+    traces.cursor[EPOCH] += 1
 
 
 @kernel
-def settle(traces: Traces, q: FloatArray, rates: FloatArray, log: ChangeLog, keep: bool) -> bool:
-    """Bring all rows up to date and begin with the first era, keeping the traces or not; return whether q is finite."""
+def flush_traces(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeLog, keep: bool) -> bool:
+    """Bring all rows up to date and begin anew, keeping the traces or not; return whether q is finite."""
     n_broken, kept = 0, 0
     for slot in range(1, traces.cursor[ROWS] + 1):
         state = traces.state[slot]
-        bring_up_to_date(traces, q, rates, log, state)
+        sync_row(traces, q, step_sizes, log, state)
         largest = 0.0
         for action in range(q.shape[1]):
             trace = traces.constant[slot, action] * traces.clock[PHI] if keep else 0.0
@@ -192,8 +192,8 @@ def settle(traces: Traces, q: FloatArray, rates: FloatArray, log: ChangeLog, kee
         traces.slot[state] = 0
         if largest > 0.0:
             kept += 1
-            traces.slot[state], traces.state[kept], traces.era[kept] = kept, state, 0
+            traces.slot[state], traces.state[kept], traces.epoch[kept] = kept, state, 0
             traces.seen[kept, 0], traces.seen[kept, 1] = 0.0, 0.0
-    traces.cursor[ROWS], traces.cursor[ERA] = kept, 0
+    traces.cursor[ROWS], traces.cursor[EPOCH] = kept, 0
     traces.clock[PHI], traces.clock[DELTA], traces.clock[REST] = 1.0, 0.0, 0.0
     return n_broken == 0

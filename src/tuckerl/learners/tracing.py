@@ -4,12 +4,12 @@ from typing import Any, Literal, Unpack
 
 import numpy as np
 
+from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_flag, check_name, check_real
-from tuckerl.learners.learner import Learner
-from tuckerl.learners.parameters import LearnerParameters
-from tuckerl.learners.saved import Arrays, of_prefix, with_prefix
 from tuckerl.learners.traces import ROWS, Decay, empty_traces
-from tuckerl.problems.resolve import Environment
+from tuckerl.training.learner import Learner
+from tuckerl.training.learner_file import Arrays, of_prefix, with_prefix
+from tuckerl.training.parameters import LearnerParameters
 from tuckerl.types import FloatArray
 
 
@@ -19,7 +19,7 @@ class TracingLearner(Learner):
     Parameters
     ----------
     env
-        As for every :class:`~tuckerl.learners.learner.Learner`, whose other parameters hold too.
+        As for every :class:`~tuckerl.training.learner.Learner`, whose other parameters hold too.
     lambda_ : float in [0, 1]
         How strongly traces last; 0 is the one-step algorithm.
     trace : "replacing" or "accumulating"
@@ -70,7 +70,7 @@ class TracingLearner(Learner):
             slots = slice(1, n_rows + 1)
             traces.state[slots], traces.constant[slots] = held["state"], held["constant"]
             traces.slot[held["state"]], traces.cursor[ROWS] = np.arange(1, n_rows + 1), n_rows
-            traces.seen[slots], traces.era[slots] = 0.0, 0
+            traces.seen[slots], traces.epoch[slots] = 0.0, 0
 
     def _parameters(self) -> dict[str, Any]:
         own = {"lambda_": self.lambda_, "trace": self.trace, "carry_trace": self.carry_trace}

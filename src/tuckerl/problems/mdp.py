@@ -39,7 +39,7 @@ class MDPArrays(NamedTuple):
     cumulative: FloatArray  # (M,) or (0,)
     start_state: StateArray  # (K,)
     start_cumulative: FloatArray  # (K,)
-    forbidden: BoolArray  # (S, A) True where an action may not be taken, or (0, 0) where all may
+    action_mask: BoolArray  # (S, A) True where an action may be taken, or (0, 0) where all may
     n_actions: int
     max_episode_steps: int  # NO_LIMIT where there is none
 
@@ -120,7 +120,7 @@ class TabularMDP:
             cumulative=cumulative,
             start_state=start_state,
             start_cumulative=start_cumulative,
-            forbidden=_forbidden(action_mask, states.shape[:2]),
+            action_mask=_checked_mask(action_mask, states.shape[:2]),
             n_actions=self.n_actions,
             max_episode_steps=limit,
         )
@@ -151,7 +151,7 @@ class TabularMDP:
 
     def world(self) -> World:
         """Return a world for one agent; all may read the same arrays."""
-        return World(self.arrays, (self.arrays.forbidden,))
+        return World(self.arrays, (self.arrays.action_mask,))
 
     def with_time_limit(self, max_episode_steps: int | None) -> "TabularMDP":
         """Return the same MDP (sharing its arrays) with another limit on an episode's steps."""
@@ -201,8 +201,8 @@ def check_layout(layout: Layout | None, n_states: int) -> Layout | None:
     return rows, columns
 
 
-def _forbidden(action_mask: ArrayLike | None, shape: tuple[int, ...]) -> BoolArray:
-    """Return where actions may not be taken; (0, 0) where they all may."""
+def _checked_mask(action_mask: ArrayLike | None, shape: tuple[int, ...]) -> BoolArray:
+    """Return where actions may be taken; (0, 0) where they all may."""
     if action_mask is None:
         return np.zeros((0, 0), dtype=np.bool_)
     allowed = _array("action_mask", action_mask)
@@ -210,8 +210,8 @@ def _forbidden(action_mask: ArrayLike | None, shape: tuple[int, ...]) -> BoolArr
         raise ParameterTypeError(f"action_mask must hold {_KINDS['b']}; got dtype {allowed.dtype}")
     if allowed.shape != shape:
         raise ProblemError(f"action_mask must have the shape (S, A), {shape}; got {allowed.shape}")
-    forbidden: BoolArray = ~allowed & allowed.any(axis=1, keepdims=True)
-    return forbidden if forbidden.any() else np.zeros((0, 0), dtype=np.bool_)
+    mask: BoolArray = allowed | ~allowed.any(axis=1, keepdims=True)
+    return np.zeros((0, 0), dtype=np.bool_) if mask.all() else mask
 
 
 def _array(name: str, values: ArrayLike) -> NDArray[Any]:

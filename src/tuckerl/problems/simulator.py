@@ -232,7 +232,7 @@ def _check_limit(max_episode_steps: int | None) -> int | None:
 class SimulatorWorld(World):
     """One agent's copy of a simulator."""
 
-    def check(self) -> None:
+    def raise_pending(self) -> None:
         """Raise the first impossible thing that a function returned, and forget it.
 
         Raises

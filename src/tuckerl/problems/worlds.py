@@ -16,21 +16,21 @@ class World:
     ----------
     arrays : NamedTuple
         What kernels read.
-    forbidden : tuple of (S, A) bool
-        For each table that is learned in this world: True where an action may not be taken, or (0, 0) where all may.
+    action_masks : tuple of (S, A) bool
+        For each table that is learned in this world: True where an action may be taken, or (0, 0) where all may.
     """
 
-    def __init__(self, arrays: NamedTuple, forbidden: tuple[BoolArray, ...] = (_NOTHING,)) -> None:
+    def __init__(self, arrays: NamedTuple, action_masks: tuple[BoolArray, ...] = (_NOTHING,)) -> None:
         self.arrays: Any = arrays
-        self.forbidden = forbidden
+        self.action_masks = action_masks
 
-    def begin(self, sequence: np.random.SeedSequence) -> None:
+    def seed(self, sequence: np.random.SeedSequence) -> None:
         """Say where what is random outside of kernels takes its seeds from."""
 
-    def allow(self, seconds: float) -> None:
+    def set_deadline(self, seconds: float) -> None:
         """Say after how long the next kernel is to return, at the end of an episode; compiled worlds need no limit."""
 
-    def check(self) -> None:
+    def raise_pending(self) -> None:
         """Raise what a kernel could not, and forget it: the next episode begins anew."""
 
     def close(self) -> None:

@@ -4,19 +4,19 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tuckerl.reports import wording
-from tuckerl.reports.compare_words import QUANTITIES
+from tuckerl.reports import text as wording
+from tuckerl.reports.compare_text import QUANTITIES
 from tuckerl.reports.curves import Line, draw_line
-from tuckerl.reports.looks import EndLabel, Look, label_ends, looks
 from tuckerl.reports.picture import Shown, render
-from tuckerl.studies.compared import Compared
+from tuckerl.reports.styles import EndLabel, LineStyle, label_ends, line_styles
+from tuckerl.studies.compared import ComparisonResult
 from tuckerl.studies.statistics import MEASURES, Band
 from tuckerl.studies.summary import Curve
 
 NAME = "compare"
 
 
-def show_compared(compared: Compared) -> Shown:
+def show_compared(compared: ComparisonResult) -> Shown:
     """Draw a comparison."""
     return Shown(
         NAME,
@@ -27,13 +27,13 @@ def show_compared(compared: Compared) -> Shown:
     )
 
 
-def draw_compared(compared: Compared) -> Figure:
+def draw_compared(compared: ComparisonResult) -> Figure:
     """Draw each variant's learning curve above and its paired difference from the base below, with 95 % bands."""
     figure = Figure(figsize=(6.9, 6.0))
     upper, lower = figure.subplots(
         2, sharex=True, gridspec_kw={"left": 0.115, "right": 0.78, "top": 0.985, "bottom": 0.07, "hspace": 0.09}
     )
-    styles = looks(compared.contest.scenario)
+    styles = line_styles(compared.contest.scenario)
     base, *others = compared.curves
     courses = [Line(curve.variant, curve.band) for curve in compared.curves]
     gains = [Line(curve.variant, _in_favour(compared, curve)) for curve in others]
@@ -53,22 +53,22 @@ def draw_compared(compared: Compared) -> Figure:
     return figure
 
 
-def _in_favour(compared: Compared, curve: Curve) -> Band:
+def _in_favour(compared: ComparisonResult, curve: Curve) -> Band:
     band = curve.against_base
     if MEASURES[compared.contest.request.measure].larger_is_better:
         return band
     return Band(-band.mean, -band.high, -band.low)
 
 
-def _end(line: Line, styles: dict[str, Look]) -> EndLabel:
+def _end(line: Line, styles: dict[str, LineStyle]) -> EndLabel:
     return EndLabel(line.variant, float(line.band.mean[-1]), styles[line.variant].colour)
 
 
-def _quantity(compared: Compared) -> str:
+def _quantity(compared: ComparisonResult) -> str:
     return QUANTITIES[compared.contest.request.measure]
 
 
-def _caption(compared: Compared) -> str:
+def _caption(compared: ComparisonResult) -> str:
     request, base = compared.contest.request, compared.curves[0].variant
     per_point = int(compared.episode[0])
     rest = " (the last, of what is left)" if request.n_episodes % per_point else ""
@@ -88,6 +88,6 @@ def _caption(compared: Compared) -> str:
     )
 
 
-def _alt(compared: Compared) -> str:
+def _alt(compared: ComparisonResult) -> str:
     ends = ", ".join(f"{curve.variant} {wording.measured(float(curve.band.mean[-1]))}" for curve in compared.curves)
     return f"Two panels of curves by episode. {_quantity(compared).capitalize()} at the end: {ends}."

@@ -3,18 +3,18 @@
 import re
 import shlex
 
-from tuckerl.reports import compare_words as words
+from tuckerl.reports import compare_text as words
 from tuckerl.reports.markup import on_page, rendered, versions
 from tuckerl.reports.picture import Shown
-from tuckerl.studies.compare import N_EPISODES, N_RUNS, Request
-from tuckerl.studies.compared import Compared
+from tuckerl.studies.compare import N_EPISODES, N_RUNS, ComparisonConfig
+from tuckerl.studies.compared import ComparisonResult
 from tuckerl.studies.statistics import CONFIDENCE, MEASURES, N_RESAMPLES
 
 _LIBRARIES = ("numpy", "scipy", "numba", "gymnasium", "pettingzoo", "polars", "matplotlib")
 _CONSTANTS = ("true", "false", "none", "null")  # words that are read as something else
 
 
-def comparison_page(compared: Compared, shown: Shown) -> str:
+def comparison_page(compared: ComparisonResult, shown: Shown) -> str:
     """Return the page, with everything it needs inside it."""
     request, contest = compared.contest.request, compared.contest
     return rendered(
@@ -39,7 +39,7 @@ def comparison_page(compared: Compared, shown: Shown) -> str:
     )
 
 
-def command(request: Request) -> str:
+def command(request: ComparisonConfig) -> str:
     """Return the command line that makes the comparison again."""
     parts = ["tuckerl", "compare", request.base, request.candidate, "--env", request.environment]
     for name, value in request.keywords.items():

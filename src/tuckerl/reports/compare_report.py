@@ -5,15 +5,15 @@ from pathlib import Path
 
 from tuckerl.errors import OutputError
 from tuckerl.files import write_whole
-from tuckerl.studies.compared import Compared
+from tuckerl.studies.compared import ComparisonResult
 
 
-def write_comparison(compared: Compared, folder: Path) -> Path:
+def write_comparison(compared: ComparisonResult, folder: Path) -> Path:
     """Write ``figures/compare.svg`` and ``.png``, ``compare.json`` and ``report.html``; return the page's path.
 
     Parameters
     ----------
-    compared : Compared
+    compared : ComparisonResult
     folder : Path
         Made if it is missing. Each file is written whole or not at all, the page last.
 

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from tuckerl.reports.looks import EndLabel, Look, label_ends, looks
-from tuckerl.reports.wording import counted, whole
+from tuckerl.reports.styles import EndLabel, LineStyle, label_ends, line_styles
+from tuckerl.reports.text import counted, whole
 from tuckerl.studies.statistics import Band
 from tuckerl.studies.summary import Summary
 from tuckerl.types import IntArray
@@ -57,7 +57,7 @@ def draw_curves(summary: Summary, words: CurveWords) -> Figure:
     upper, lower = figure.subplots(
         2, sharex=True, gridspec_kw={"left": 0.115, "right": 0.78, "top": 0.985, "bottom": 0.07, "hspace": 0.09}
     )
-    styles = looks(summary.scenario)
+    styles = line_styles(summary.scenario)
     n_episodes = summary.curves[0].band.mean.size
     base = summary.curves[0].variant
     for axes, lines in ((upper, totals(summary)), (lower, gains(summary, words))):
@@ -95,7 +95,7 @@ def curves_alt(summary: Summary) -> str:
     return f"Two panels of curves by episode. Steps cumulated at the end: {ends}."
 
 
-def draw_line(axes: Axes, episodes: IntArray, band: Band, look: Look, place: int) -> None:
+def draw_line(axes: Axes, episodes: IntArray, band: Band, look: LineStyle, place: int) -> None:
     """Draw one variant's band and mean; `place` counts the lines before it."""
     every = max(band.mean.size // 8, 1)
     order = _MAIN if look.marker else _CONTROLS
@@ -116,7 +116,7 @@ def draw_line(axes: Axes, episodes: IntArray, band: Band, look: Look, place: int
     )
 
 
-def _end(line: Line, styles: dict[str, Look]) -> EndLabel:
+def _end(line: Line, styles: dict[str, LineStyle]) -> EndLabel:
     return EndLabel(line.variant, float(line.band.mean[-1]), styles[line.variant].colour)
 
 

@@ -6,9 +6,9 @@ from matplotlib.figure import Figure
 
 from tuckerl.errors import ProblemError
 from tuckerl.problems.maze import Cell, Maze
-from tuckerl.reports.looks import BLACK, GREEN, Look, looks
 from tuckerl.reports.picture import Picture
-from tuckerl.reports.wording import counted
+from tuckerl.reports.styles import BLACK, GREEN, LineStyle, line_styles
+from tuckerl.reports.text import counted
 from tuckerl.studies.study import Scenario
 from tuckerl.studies.summary import Path, Summary
 
@@ -16,13 +16,13 @@ PAPER_STEPS = {"dyna-h": 90, "dyna-ht-1": 83, "dyna-ht-3": 59}
 """What the paper reports, of a maze that it does not publish."""
 
 _WALL = "0.7"
-_SHORTEST = Look(GREEN, "solid", "", 1.6)
+_SHORTEST = LineStyle(GREEN, "solid", "", 1.6)
 
 
 def draw_fig10(summary: Summary) -> Figure:
-    """Draw each pictured variant's shortest episode beside the shortest possible path."""
+    """Draw each variant's shortest episode beside the shortest possible path."""
     maze = pictured_maze(summary.scenario)
-    styles = looks(summary.scenario)
+    styles = line_styles(summary.scenario)
     figure = Figure(figsize=(7.4, 2.75))
     panels = figure.subplots(
         1,
@@ -70,7 +70,7 @@ def path_words(maze: Maze, path: Path) -> str:
     return words if paper is None else f"{words} (paper: {paper})"
 
 
-def _draw_panel(axes: Axes, maze: Maze, cells: list[Cell], look: Look) -> None:
+def _draw_panel(axes: Axes, maze: Maze, cells: list[Cell], look: LineStyle) -> None:
     squares = [
         [(column - 0.5, row - 0.5), (column + 0.5, row - 0.5), (column + 0.5, row + 0.5), (column - 0.5, row + 0.5)]
         for row in range(maze.rows)

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from tuckerl.reports.curves import CurveWords, curves_alt, curves_caption, draw_curves
 from tuckerl.reports.interactive import plotly_curves
 from tuckerl.reports.picture import Picture
-from tuckerl.reports.wording import counted
+from tuckerl.reports.text import counted
 from tuckerl.studies.summary import Summary
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tuckerl.reports.curves import CurveWords, Line, flat, gains, totals
-from tuckerl.reports.looks import PLOTLY_DASHES, Look, looks
+from tuckerl.reports.styles import PLOTLY_DASHES, LineStyle, line_styles
 from tuckerl.studies.summary import Summary
 from tuckerl.types import FloatArray
 
@@ -18,7 +18,7 @@ _FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, 
 
 def plotly_curves(summary: Summary, words: CurveWords) -> dict[str, Any]:
     """Return a figure of two panels as in :func:`tuckerl.reports.curves.draw_curves`: ``data`` and ``layout``."""
-    styles = looks(summary.scenario)
+    styles = line_styles(summary.scenario)
     base = summary.curves[0].variant
     zero = flat(summary)
     data: list[dict[str, Any]] = []
@@ -46,7 +46,7 @@ def plotly_curves(summary: Summary, words: CurveWords) -> dict[str, Any]:
     return {"data": data, "layout": layout}
 
 
-def _traces(line: Line, look: Look, axis: str) -> Iterator[dict[str, Any]]:
+def _traces(line: Line, look: LineStyle, axis: str) -> Iterator[dict[str, Any]]:
     """Yield a variant's band and its line; the upper panel's line carries the legend for both panels."""
     episodes = list(range(1, line.band.mean.size + 1))
     shared = {"xaxis": "x", "yaxis": f"y{axis}", "legendgroup": line.variant, "type": "scatter", "mode": "lines"}

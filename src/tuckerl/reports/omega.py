@@ -7,22 +7,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tuckerl.reports.looks import BLUE, GREEN, PURPLE, VERMILLION, EndLabel, Look, label_ends
 from tuckerl.reports.picture import Picture
-from tuckerl.reports.wording import counted
+from tuckerl.reports.styles import BLUE, GREEN, PURPLE, VERMILLION, EndLabel, LineStyle, label_ends
+from tuckerl.reports.text import counted
 from tuckerl.studies.summary import Summary, WeightCourse
 
 # As in problems/maze.py. The first and third come to lie on one another, so they differ in width as well.
 _ACTIONS = {
-    "up": Look(BLUE, "solid", "o", 2.4),
-    "down": Look(VERMILLION, "solid", "s", 1.5),
-    "left": Look(GREEN, "dashed", "^", 1.4),
-    "right": Look(PURPLE, "solid", "D", 1.5),
+    "up": LineStyle(BLUE, "solid", "o", 2.4),
+    "down": LineStyle(VERMILLION, "solid", "s", 1.5),
+    "left": LineStyle(GREEN, "dashed", "^", 1.4),
+    "right": LineStyle(PURPLE, "solid", "D", 1.5),
 }
 
 
 def draw_omega_dyna_maze(summary: Summary) -> Figure:
-    """Draw the mean action weights of the pictured T-versions after each window, with 95 % bands."""
+    """Draw the mean action weights of the T-versions whose paths are shown after each window, with 95 % bands."""
     courses = shown_courses(summary)
     figure = Figure(figsize=(7.2, 3.0))
     if not courses:
@@ -46,9 +46,9 @@ def draw_omega_dyna_maze(summary: Summary) -> Figure:
 
 
 def shown_courses(summary: Summary) -> list[WeightCourse]:
-    """Return the courses of the pictured variants that have any window."""
-    pictured = summary.scenario.pictured
-    return [course for course in summary.weights if course.variant in pictured and course.episode.size]
+    """Return the courses of the variants whose paths are shown that have any window."""
+    record_paths_of = summary.scenario.record_paths_of
+    return [course for course in summary.weights if course.variant in record_paths_of and course.episode.size]
 
 
 def _draw_course(axes: Axes, course: WeightCourse) -> None:

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tuckerl.reports.looks import BLACK
 from tuckerl.reports.picture import Picture
-from tuckerl.reports.wording import counted
+from tuckerl.reports.styles import BLACK
+from tuckerl.reports.text import counted
 from tuckerl.studies.summary import Summary, WeightCourse
 
 COLOURS = "cividis"  # lightness grows evenly with the number: the same order in grey and for the colour-blind

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
-from tuckerl.reports import wording
-from tuckerl.reports.gain_words import gain_rows, what_works, without_the_step
+from tuckerl.reports import text as wording
+from tuckerl.reports.ablation_text import gain_rows, what_works, without_the_step
 from tuckerl.reports.markup import on_page, rendered, versions
 from tuckerl.reports.picture import Shown
 from tuckerl.reports.tables import MARKS, assumption_rows, cell_rows
+from tuckerl.studies.ablation import Ablation
 from tuckerl.studies.claims import Claim
-from tuckerl.studies.gain import Gain
 from tuckerl.studies.paper import SCENARIOS, paper_study
 from tuckerl.studies.sensitivity import Cell
 from tuckerl.studies.statistics import CONFIDENCE, MEASURES, N_RESAMPLES
@@ -31,7 +31,7 @@ _VERDICTS = {
 class Extras(NamedTuple):
     """What the page can show beside the scenarios themselves."""
 
-    gains: Sequence[Gain] = ()
+    gains: Sequence[Ablation] = ()
     cells: Sequence[Cell] = ()
     sensitivity: Shown | None = None
 
@@ -142,7 +142,7 @@ def _diverged(claim: Claim) -> str:
     return f"{own:,}" if own == control else f"{own:,} (control: {control:,})"
 
 
-def _scenario(summary: Summary, shown: Sequence[Shown], gains: Mapping[str, Gain]) -> dict[str, Any]:
+def _scenario(summary: Summary, shown: Sequence[Shown], gains: Mapping[str, Ablation]) -> dict[str, Any]:
     scenario = summary.scenario
     curves = {curve.variant: curve for curve in summary.curves}
     return {
@@ -160,7 +160,7 @@ def _scenario(summary: Summary, shown: Sequence[Shown], gains: Mapping[str, Gain
     }
 
 
-def _gain(gain: Gain | None, shown: Sequence[Shown]) -> dict[str, Any] | None:
+def _gain(gain: Ablation | None, shown: Sequence[Shown]) -> dict[str, Any] | None:
     if gain is None:
         return None
     return {

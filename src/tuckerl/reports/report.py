@@ -6,8 +6,8 @@ from pathlib import Path
 
 from tuckerl.errors import OutputError
 from tuckerl.files import write_whole
+from tuckerl.studies.ablation import Ablation
 from tuckerl.studies.claims import Claim
-from tuckerl.studies.gain import Gain
 from tuckerl.studies.sensitivity import Cell
 from tuckerl.studies.study import Study
 from tuckerl.studies.summary import Summary
@@ -19,7 +19,7 @@ def write_report(
     summaries: Sequence[Summary],
     folder: Path,
     *,
-    gains: Sequence[Gain] = (),
+    gains: Sequence[Ablation] = (),
     sensitivity: Sequence[Cell] = (),
 ) -> Path:
     """Write ``figures/*.svg`` and ``*.png``, ``claims.json`` and ``report.html`` and return the page's path.
@@ -32,8 +32,8 @@ def write_report(
         One for each of the study's scenarios, as :func:`tuckerl.studies.summary.summarise` gives them.
     folder : Path
         Made if it is missing. Each file is written whole or not at all, the page last.
-    gains : sequence of Gain
-        Where the scenarios' gains come from, as :func:`tuckerl.studies.gain.gains` says.
+    gains : sequence of Ablation
+        Where the scenarios' gains come from, as :func:`tuckerl.studies.ablation.gains` says.
     sensitivity : sequence of Cell
         The claims under other readings of the paper, of :func:`tuckerl.studies.sensitivity.sensitivity`.
 
@@ -43,8 +43,8 @@ def write_report(
         If the folder cannot be made or written.
     """
     # Imported here: matplotlib takes longer than all of --help.
+    from tuckerl.reports.ablation_figure import show_gain
     from tuckerl.reports.figures import PICTURES
-    from tuckerl.reports.gain_figure import show_gain
     from tuckerl.reports.page import Extras, render_page
     from tuckerl.reports.picture import Shown, show
     from tuckerl.reports.sensitivity_figure import show_sensitivity

@@ -12,9 +12,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FuncFormatter
 
-from tuckerl.reports import wording
-from tuckerl.reports.looks import BLACK
+from tuckerl.reports import text as wording
 from tuckerl.reports.picture import Shown, render
+from tuckerl.reports.styles import BLACK
 from tuckerl.studies.paper import SCENARIOS
 from tuckerl.studies.sensitivity import DEFAULT, Cell
 from tuckerl.types import FloatArray

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from tuckerl.reports import wording
+from tuckerl.reports import text as wording
 from tuckerl.reports.sensitivity_figure import is_changed
 from tuckerl.studies.paper import SCENARIOS
 from tuckerl.studies.sensitivity import Cell

@@ -10,13 +10,13 @@ from tuckerl.checks import check_name
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.dyna_h import DynaH
-from tuckerl.learners.learner import Learner
-from tuckerl.learners.parameters import LearnerParameters
 from tuckerl.learners.q_learning import QLearning
 from tuckerl.learners.sarsa import Sarsa
 from tuckerl.learners.sarsa_lambda import SarsaLambda
 from tuckerl.learners.team_q import TeamQ
 from tuckerl.studies.environments import has_several_agents
+from tuckerl.training.learner import Learner
+from tuckerl.training.parameters import LearnerParameters
 
 
 class Algorithm(NamedTuple):

@@ -2,24 +2,24 @@
 
 from collections.abc import Callable
 
+from tuckerl.adapters.resolve import Environment
+from tuckerl.environments import cart_pole as simulators
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.sarsa_lambda import SarsaLambda
-from tuckerl.problems import cart_pole as simulators
-from tuckerl.problems.resolve import Environment
 from tuckerl.problems.simulator import Simulator
 from tuckerl.studies.study import (
     INFERRED,
     INVENTED,
     OVERRULED,
     SHARED_ASSUMPTIONS,
+    AlgorithmConfig,
     Assumption,
     Comparison,
-    Family,
     Scenario,
     variant,
 )
 
-FAMILY = Family(
+FAMILY = AlgorithmConfig(
     base="sarsa-lambda",
     t_version="tsarsa-lambda",
     learner=SarsaLambda,
@@ -41,7 +41,9 @@ def problem(instance: int) -> Simulator:
     return simulators.cart_pole()
 
 
-def cart_pole(family: Family = FAMILY, problem: Callable[[int], Environment] = problem, several: int = 3) -> Scenario:
+def cart_pole(
+    family: AlgorithmConfig = FAMILY, problem: Callable[[int], Environment] = problem, several: int = 3
+) -> Scenario:
     """Return the experiment, or the same with another family, problem or number of several agents."""
     one, more, by_max = "tsarsa-lambda-1", f"tsarsa-lambda-{several}", f"tsarsa-lambda-{several}-max"
     controls = ("constant-1", f"constant-{several}-min", "permuted-1", f"permuted-{several}-min")
@@ -74,7 +76,7 @@ def cart_pole(family: Family = FAMILY, problem: Callable[[int], Environment] = p
                 controls[1],
             ),
         ),
-        pictured=(),
+        record_paths_of=(),
         family=family,
         measure="balance",
         assumptions=(*SHARED_ASSUMPTIONS, *ASSUMPTIONS),

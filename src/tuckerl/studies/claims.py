@@ -91,7 +91,7 @@ def _processor_time(study: Study, tables: Tables) -> Claim:
         family = scenario.family
         names = [v.name for v in scenario.variants if v.name.startswith(f"{family.t_version}-")]
         times = finite.filter(scenario=scenario.name).filter(pl.col("variant").is_in([family.base, *names]))
-        means = times.group_by("variant").agg((pl.col("seconds", "step_seconds") / pl.col("agents")).mean())
+        means = times.group_by("variant").agg((pl.col("seconds", "tensor_step_seconds") / pl.col("agents")).mean())
         seconds = {variant: (whole, step) for variant, whole, step in means.iter_rows()}
         ratios = [seconds[name][0] / seconds[family.base][0] for name in names]
         shares = [seconds[name][1] / seconds[name][0] for name in names]

@@ -9,9 +9,9 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
+from tuckerl.adapters.making import make_environment
 from tuckerl.checks import check_int, check_name
 from tuckerl.errors import ParameterError, UnknownNameError
-from tuckerl.problems.making import make_environment
 from tuckerl.studies.algorithms import (
     Algorithm,
     check_plays,
@@ -22,7 +22,7 @@ from tuckerl.studies.algorithms import (
     tensor_step,
 )
 from tuckerl.studies.environments import bins_named, environment_specification, maker
-from tuckerl.studies.study import INVENTED, Assumption, Comparison, Family, Scenario, Study, Variant, variant
+from tuckerl.studies.study import INVENTED, AlgorithmConfig, Assumption, Comparison, Scenario, Study, Variant, variant
 
 N_RUNS, N_EPISODES = 50, 500
 SCENARIO_NUMBER = 3  # in the seeds, where the paper's scenarios have 0 to 2
@@ -31,7 +31,7 @@ MEASURED = ("return", "steps", "final")
 BASE, CANDIDATE = "base", "candidate"
 
 
-class Request(NamedTuple):
+class ComparisonConfig(NamedTuple):
     """What is to be compared, in a user's words."""
 
     base: str  # an algorithm's name
@@ -46,10 +46,10 @@ class Request(NamedTuple):
     seed: int = 0
 
 
-class Contest(NamedTuple):
+class ComparisonStudy(NamedTuple):
     """The study of a request."""
 
-    request: Request
+    request: ComparisonConfig
     study: Study
     no_control: str  # why there is no control; "" where there is one
 
@@ -71,7 +71,7 @@ class Contest(NamedTuple):
         return candidate if name == self.comparison.candidate else base
 
 
-def contest(request: Request) -> Contest:
+def contest(request: ComparisonConfig) -> ComparisonStudy:
     """Return the study that answers a request; every learner in it has been made once, so none of it is impossible.
 
     Raises
@@ -110,13 +110,13 @@ def contest(request: Request) -> Contest:
         n_episodes=request.n_episodes,
         variants=(base, candidate, *([control] if control else [])),
         comparisons=(comparison,),
-        pictured=(),
+        record_paths_of=(),
         family=sides[1].family,
         measure=request.measure,
         assumptions=tuple(_RANKS for side in sides if side.has_default_ranks)[:1],
         environment=environment_specification(request.environment, request.keywords),
     )
-    return Contest(request, Study((scenario,), request.seed), no_control)
+    return ComparisonStudy(request, Study((scenario,), request.seed), no_control)
 
 
 _RANKS = Assumption(
@@ -128,12 +128,12 @@ _RANKS = Assumption(
 
 class _Side(NamedTuple):
     variant: Variant
-    family: Family
+    family: AlgorithmConfig
     n_tables: int
     has_default_ranks: bool
 
 
-def _check_numbers(request: Request, algorithms: tuple[Algorithm, Algorithm]) -> None:
+def _check_numbers(request: ComparisonConfig, algorithms: tuple[Algorithm, Algorithm]) -> None:
     check_int("runs", request.n_runs, 1)
     check_int("episodes", request.n_episodes, 1)
     check_int("seed", request.seed, 0)
@@ -147,7 +147,7 @@ def _check_numbers(request: Request, algorithms: tuple[Algorithm, Algorithm]) ->
 
 
 def _settings_of_sides(
-    request: Request, algorithms: tuple[Algorithm, Algorithm]
+    request: ComparisonConfig, algorithms: tuple[Algorithm, Algorithm]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return each side's settings: those of both that it takes, under its own, which must be known to it."""
     of_both: dict[str, Any] = {}
@@ -172,7 +172,7 @@ def _settings_of_sides(
     return made[0], made[1]
 
 
-def _side(request: Request, algorithm: Algorithm, settings: Mapping[str, Any], problem: partial[Any]) -> _Side:
+def _side(request: ComparisonConfig, algorithm: Algorithm, settings: Mapping[str, Any], problem: partial[Any]) -> _Side:
     check_plays(algorithm, request.environment)
     parameters, of_step = split_settings(algorithm, settings)
     n_agents = (request.n_agents or 1) if algorithm.is_t_version else 1
@@ -180,7 +180,7 @@ def _side(request: Request, algorithm: Algorithm, settings: Mapping[str, Any], p
         learner = algorithm.learner(problem(0), **parameters, n_agents=n_agents)
     sizes = (learner.problem.n_states, learner.problem.n_actions)
     step = tensor_step(algorithm, sizes, of_step)
-    family = Family(request.base, request.candidate, algorithm.learner, parameters, step, sizes[1])
+    family = AlgorithmConfig(request.base, request.candidate, algorithm.learner, parameters, step, sizes[1])
     if not algorithm.is_t_version:
         return _Side(Variant(algorithm.name, algorithm.learner, parameters, 1, None), family, learner.n_tables, False)
     name = f"{algorithm.name}-{n_agents}" + ("" if step.share == algorithm.share else f"-{step.share}")

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from tuckerl.studies.compare import Contest
+from tuckerl.studies.compare import ComparisonStudy
 from tuckerl.studies.runner import Tables
 from tuckerl.studies.statistics import MEASURES, Difference, compare, has_one_sign, mean_band, pair_values
 from tuckerl.studies.summary import Curve, Samples, finite_runs, paired_curves
@@ -29,10 +29,10 @@ class Estimate(NamedTuple):
     seconds: float  # processor time of a run and agent
 
 
-class Compared(NamedTuple):
+class ComparisonResult(NamedTuple):
     """A comparison with its result."""
 
-    contest: Contest
+    contest: ComparisonStudy
     difference: Difference  # of the candidate to the base
     control: Difference  # of the candidate to the control; nothing where there is none
     estimates: tuple[Estimate, ...]  # in the order of the variants: base, candidate, control
@@ -72,7 +72,7 @@ class Compared(NamedTuple):
         }
 
 
-def compared(contest: Contest, tables: Tables) -> Compared:
+def compared(contest: ComparisonStudy, tables: Tables) -> ComparisonResult:
     """Return what the tables of a contest's study say."""
     comparison, request = contest.comparison, contest.request
     measure = MEASURES[request.measure]
@@ -96,7 +96,7 @@ def compared(contest: Contest, tables: Tables) -> Compared:
     }
     seconds = tables.times.group_by("variant").agg((pl.col("seconds") / pl.col("agents")).mean())
     times = dict(seconds.iter_rows())
-    return Compared(
+    return ComparisonResult(
         contest,
         difference(comparison.base, 0),
         difference(comparison.control, 1) if comparison.control else _NOTHING._replace(relative=relative),

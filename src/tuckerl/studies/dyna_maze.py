@@ -2,23 +2,23 @@
 
 from collections.abc import Callable
 
+from tuckerl.adapters.resolve import Environment
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.dyna_h import DynaH
 from tuckerl.problems.maze import Maze, random_maze
-from tuckerl.problems.resolve import Environment
 from tuckerl.studies.study import (
     INFERRED,
     INVENTED,
     OVERRULED,
     SHARED_ASSUMPTIONS,
+    AlgorithmConfig,
     Assumption,
     Comparison,
-    Family,
     Scenario,
     variant,
 )
 
-FAMILY = Family(
+FAMILY = AlgorithmConfig(
     base="dyna-h",
     t_version="dyna-ht",
     learner=DynaH,
@@ -33,7 +33,9 @@ def problem(instance: int) -> Maze:
     return random_maze(seed=instance)
 
 
-def dyna_maze(family: Family = FAMILY, problem: Callable[[int], Environment] = problem, several: int = 3) -> Scenario:
+def dyna_maze(
+    family: AlgorithmConfig = FAMILY, problem: Callable[[int], Environment] = problem, several: int = 3
+) -> Scenario:
     """Return the experiment, or the same with another family, problem or number of several agents."""
     one, more = "dyna-ht-1", f"dyna-ht-{several}"
     names = ("dyna-h", one, more, "constant-1", f"constant-{several}-max", "permuted-1", f"permuted-{several}-max")
@@ -52,7 +54,7 @@ def dyna_maze(family: Family = FAMILY, problem: Callable[[int], Environment] = p
             Comparison("C5", "DYNA-HT with one agent costs less than DYNA-H", "cost", "dyna-h", one, names[3]),
             Comparison("C6", f"{several} DYNA-HT agents cost less than one", "cost", one, more, names[4]),
         ),
-        pictured=("dyna-h", one, more),
+        record_paths_of=("dyna-h", one, more),
         family=family,
         measure="cost",
         assumptions=(*SHARED_ASSUMPTIONS, *ASSUMPTIONS),

@@ -15,11 +15,11 @@ import gymnasium
 import pettingzoo
 from gymnasium import spaces
 
+from tuckerl.adapters.making import Made, make_environment
+from tuckerl.adapters.resolve import Agents, Problem, Reading, as_problem
+from tuckerl.environments import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
 from tuckerl.errors import ProblemError, SpaceError
-from tuckerl.problems import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
-from tuckerl.problems.making import Made, make_environment
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.resolve import Agents, Problem, Reading, as_problem
 from tuckerl.problems.simulator import Simulator
 
 
@@ -101,7 +101,7 @@ def listed_environments() -> list[Listed]:
 
 
 def _how_teams(name: str) -> str:
-    together, apart = (_words(as_problem(name, Reading(agents))) for agents in (Agents.TEAM, Agents.APART))
+    together, apart = (_words(as_problem(name, Reading(agents))) for agents in (Agents.JOINT, Agents.INDEPENDENT))
     return _TEAM.format(together, apart)
 
 

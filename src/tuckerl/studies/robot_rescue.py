@@ -2,23 +2,23 @@
 
 from collections.abc import Callable
 
+from tuckerl.adapters.resolve import Environment
+from tuckerl.environments import robot_rescue as worlds
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.team_q import TeamQ
-from tuckerl.problems import robot_rescue as worlds
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.resolve import Environment
 from tuckerl.studies.study import (
     INFERRED,
     INVENTED,
     SHARED_ASSUMPTIONS,
+    AlgorithmConfig,
     Assumption,
     Comparison,
-    Family,
     Scenario,
     variant,
 )
 
-FAMILY = Family(
+FAMILY = AlgorithmConfig(
     base="team-q",
     t_version="team-tq",
     learner=TeamQ,
@@ -34,7 +34,7 @@ def problem(instance: int) -> TabularMDP:
 
 
 def robot_rescue(
-    family: Family = FAMILY, problem: Callable[[int], Environment] = problem, several: int | None = None
+    family: AlgorithmConfig = FAMILY, problem: Callable[[int], Environment] = problem, several: int | None = None
 ) -> Scenario:
     """Return the experiment, or the same with another family or problem, or with several teams where it has one."""
     more = several or 3
@@ -50,7 +50,7 @@ def robot_rescue(
         n_episodes=100,
         variants=tuple(variant(family, name) for name in names),
         comparisons=(Comparison("C7", "Team-TQ costs less than Team-Q", "cost", "team-q", candidate, control),),
-        pictured=(),
+        record_paths_of=(),
         family=family,
         measure="cost",
         assumptions=(*SHARED_ASSUMPTIONS, *ASSUMPTIONS),

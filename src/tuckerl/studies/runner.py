@@ -20,12 +20,12 @@ import polars as pl
 import scipy.linalg  # noqa: F401  # its BLAS must be loaded before it can be limited
 from threadpoolctl import threadpool_limits
 
+from tuckerl.adapters.resolve import Environment, Reading, as_problem
 from tuckerl.errors import DivergenceWarning, RankWarning, ZeroWeightWarning
-from tuckerl.learners.learner import Learner
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.resolve import Environment, Reading, as_problem
 from tuckerl.problems.simulator import Simulator
 from tuckerl.studies.study import Scenario, Study, Variant
+from tuckerl.training.learner import Learner
 from tuckerl.types import IntArray
 
 
@@ -42,7 +42,7 @@ class Tables(NamedTuple):
 
     runs: pl.DataFrame  # steps and return of every episode; null from the one on in which a run diverged
     weights: pl.DataFrame  # what the tensor step decided after every window
-    paths: pl.DataFrame  # the states of the pictured variants' shortest episodes
+    paths: pl.DataFrame  # the states of the recorded variants' shortest episodes
     times: (
         pl.DataFrame
     )  # processor time, and the tensor step's part of it: the one thing that differs between two runs of a study
@@ -55,7 +55,7 @@ SCHEMAS: dict[str, Any] = {
     "weights": _KEY
     | {"episode": pl.Int32, "action": pl.Int32, "weight": pl.Float64, "chosen": pl.Int32, "fit": pl.Float64},
     "paths": _KEY | _AGENT | {"step": pl.Int32, "state": pl.Int64},
-    "times": _KEY | {"agents": pl.Int32, "seconds": pl.Float64, "step_seconds": pl.Float64},
+    "times": _KEY | {"agents": pl.Int32, "seconds": pl.Float64, "tensor_step_seconds": pl.Float64},
 }
 
 
@@ -168,13 +168,13 @@ def _resolved(make: Callable[[int], Environment], instance: int, reading: Readin
 
 
 def _play_variant(study: Study, scenario: Scenario, variant: Variant, task: Task) -> Tables:
-    pictured = variant.name in scenario.pictured and (task.instance, task.run) == (0, 0)
+    is_recorded = variant.name in scenario.record_paths_of and (task.instance, task.run) == (0, 0)
     paths: list[IntArray] = []
     environment = _environment(scenario, variant, task.instance)
     before = time.thread_time()
     learner = variant.make(environment, study.run_seed(scenario, task.instance, task.run))
     with _without_warnings():
-        if pictured:
+        if is_recorded:
             paths = _learn_with_paths(learner, scenario.n_episodes)
         else:
             learner.learn(episodes=scenario.n_episodes)
@@ -184,7 +184,13 @@ def _play_variant(study: Study, scenario: Scenario, variant: Variant, task: Task
         _runs_frame(key, learner, scenario.n_episodes),
         _weights_frame(key, learner),
         _paths_frame(key, paths),
-        _frame("times", key, agents=[variant.n_agents], seconds=[seconds], step_seconds=[learner.step_seconds]),
+        _frame(
+            "times",
+            key,
+            agents=[variant.n_agents],
+            seconds=[seconds],
+            tensor_step_seconds=[learner.tensor_step_seconds],
+        ),
     )
 
 
@@ -225,7 +231,7 @@ def _runs_frame(key: dict[str, Any], learner: Learner, n_episodes: int) -> pl.Da
 
 
 def _weights_frame(key: dict[str, Any], learner: Learner) -> pl.DataFrame:
-    history = learner.step_history
+    history = learner.tensor_step_history
     n_windows, n_actions = history.weights.shape
     return _frame(
         "weights",

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from tuckerl.problems import cart_pole as cart_poles
-from tuckerl.problems import robot_rescue as rescues
+from tuckerl.adapters.resolve import Environment
+from tuckerl.environments import cart_pole as cart_poles
+from tuckerl.environments import robot_rescue as rescues
 from tuckerl.problems.maze import random_maze
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.resolve import Environment
 from tuckerl.problems.simulator import Simulator
 from tuckerl.studies.cart_pole import cart_pole
 from tuckerl.studies.claims import Claim, compared_claims
@@ -80,8 +80,8 @@ ALTERNATIVES: dict[str, tuple[Alternative, ...]] = {
         Alternative(DEFAULT),
         Alternative("Euclidean heuristic", problem=partial(maze_with, metric="euclidean")),
         Alternative("L1 heuristic", problem=partial(maze_with, metric="l1")),
-        Alternative("planning restarts", {"walk": "restart"}),
-        Alternative("planning anywhere", {"walk": "random"}),
+        Alternative("planning restarts", {"search_control": "restart"}),
+        Alternative("planning anywhere", {"search_control": "random"}),
         Alternative("50 planning steps", {"planning_steps": 50}),
         Alternative("first tie", {"ties": "first"}),
         _HOSVD,
@@ -91,8 +91,8 @@ ALTERNATIVES: dict[str, tuple[Alternative, ...]] = {
         Alternative(DEFAULT),
         Alternative("step cost 0.1", problem=partial(rescue_with, step_cost=0.1)),
         Alternative("step cost 1", problem=partial(rescue_with, step_cost=1.0)),
-        Alternative("traces not cut", {"cut": False}),
-        Alternative("the team explores as one", {"exploration": "team"}),
+        Alternative("traces not cut", {"cut_traces": False}),
+        Alternative("the team explores as one", {"exploration": "joint"}),
         Alternative("accumulating traces", {"trace": "accumulating"}),
         Alternative("traces carried over", {"carry_trace": True}),
         Alternative("first tie", {"ties": "first"}),
@@ -160,5 +160,5 @@ def _scenario(scenario: Scenario, alternative: Alternative, runs: int | None) ->
         made.resized(min(scenario.n_instances, N_INSTANCES), n_runs, scenario.n_episodes),
         name=f"{scenario.name}: {alternative.label}",
         variants=tuple(v for v in made.variants if v.name in compared),
-        pictured=(),
+        record_paths_of=(),
     )

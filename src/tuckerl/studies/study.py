@@ -12,17 +12,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
 from tuckerl.errors import UnknownNameError
 from tuckerl.generalization.sharing import SHARING
 from tuckerl.generalization.step import TensorStep
 from tuckerl.generalization.weights import WEIGHTINGS
-from tuckerl.learners.learner import Learner
-from tuckerl.problems.resolve import Environment
+from tuckerl.training.learner import Learner
 
 
 @dataclass(frozen=True)
-class Family:
+class AlgorithmConfig:
     """An algorithm of the paper and its T-version: what all variants of a scenario have in common."""
 
     base: str  # as on the command line: "dyna-h"
@@ -58,7 +58,7 @@ class Variant:
         }
 
 
-def variant(family: Family, name: str) -> Variant:
+def variant(family: AlgorithmConfig, name: str) -> Variant:
     """Return the variant of a family that `name` stands for.
 
     ``<base>``; ``<t-version>-<n>`` for n agents with the paper's share and ``<t-version>-<n>-<share>`` with another;
@@ -146,8 +146,8 @@ class Scenario:
     n_episodes: int
     variants: tuple[Variant, ...]
     comparisons: tuple[Comparison, ...]
-    pictured: tuple[str, ...]  # variants whose best paths in run 0 of instance 0 are kept
-    family: Family
+    record_paths_of: tuple[str, ...]  # variants whose best paths in run 0 of instance 0 are kept
+    family: AlgorithmConfig
     measure: str  # what its figure shows: a name in statistics.MEASURES
     assumptions: tuple[Assumption, ...]
     environment: Mapping[str, Any] = field(default_factory=dict)  # as JSON, where the scenario's name does not tell it

@@ -32,7 +32,7 @@ class WeightCourse(NamedTuple):
 
 
 class Path(NamedTuple):
-    """The shortest episode of a variant's best agent in the pictured run."""
+    """The shortest episode of a variant's best agent in the recorded run."""
 
     variant: str
     states: IntArray
@@ -67,7 +67,7 @@ def _summary(scenario: Scenario, tables: Tables) -> Summary:
         scenario,
         _curves(scenario, runs),
         tuple(course for course in courses if course is not None),
-        tuple(_path(name, paths.filter(pl.col("variant") == name)) for name in scenario.pictured),
+        tuple(_path(name, paths.filter(pl.col("variant") == name)) for name in scenario.record_paths_of),
         dict(best_episodes.agg(pl.col("steps").mean()).iter_rows()),
         dict(seconds.iter_rows()),
     )

@@ -16,19 +16,19 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tuckerl._version import __version__
+from tuckerl.adapters.making import make_environment
+from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
 from tuckerl.errors import EnvironmentFaultError, OutputConflictError, OutputError, ParameterError, UnknownNameError
 from tuckerl.files import write_whole
-from tuckerl.learners.callbacks import Callback
-from tuckerl.learners.evaluation import Evaluation
-from tuckerl.learners.learner import Learner
 from tuckerl.learners.loading import load
-from tuckerl.learners.schedules import as_json
-from tuckerl.problems.making import make_environment
-from tuckerl.problems.resolve import Environment
 from tuckerl.studies.environments import LIFTED, how_played
-from tuckerl.studies.order import Order, asked, checked, environment_of, made
 from tuckerl.studies.store import differences
+from tuckerl.studies.training_config import TrainingConfig, asked, checked, environment_of, made
+from tuckerl.training.callbacks.base import Callback
+from tuckerl.training.evaluation import Evaluation
+from tuckerl.training.learner import Learner
+from tuckerl.training.schedules import as_json
 
 AGENT, HISTORY, RUN = "agent.tuckerl", "history.parquet", "run.json"
 
@@ -53,7 +53,7 @@ class Training:
 
     Parameters
     ----------
-    order : Order
+    order : TrainingConfig
     folder : Path
         Made if it is missing.
     resume : bool
@@ -81,7 +81,7 @@ class Training:
         If its agent cannot be read.
     """
 
-    def __init__(self, order: Order, folder: Path, *, resume: bool = False, overwrite: bool = False) -> None:
+    def __init__(self, order: TrainingConfig, folder: Path, *, resume: bool = False, overwrite: bool = False) -> None:
         order = checked(order)
         if resume and overwrite:
             raise ParameterError("give --resume to go on or --overwrite to begin anew, not both")
@@ -185,7 +185,7 @@ class Training:
         if left > 0:
             return {"steps": left}
         # The first agent is there; one episode more is asked for, and those behind catch up with it instead.
-        return {} if self.learner.is_at_rest else {"episodes": 1}
+        return {} if self.learner.is_saveable else {"episodes": 1}
 
     def _check_goal(self) -> None:
         wanted = self._asked["goal"]["episodes"]

@@ -3,7 +3,7 @@
 Both return nothing where all is well, and belong into the tests of what they check.
 """
 
-from tuckerl.testing.learners import check_learner
-from tuckerl.testing.problems import check_problem
+from tuckerl.testing.check_learner import check_learner
+from tuckerl.testing.check_problem import check_problem
 
 __all__ = ["check_learner", "check_problem"]

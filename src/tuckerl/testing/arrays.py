@@ -40,7 +40,7 @@ class _Outcomes:
         arrays, n_pairs = mdp.arrays, mdp.n_states * mdp.n_actions
         counts = np.diff(arrays.offsets) if arrays.offsets.size else np.ones(n_pairs, dtype=np.int64)
         pair = np.repeat(np.arange(n_pairs), counts)
-        allowed = ~arrays.forbidden.ravel()[pair] if arrays.forbidden.size else np.ones(pair.size, dtype=np.bool_)
+        allowed = arrays.action_mask.ravel()[pair] if arrays.action_mask.size else np.ones(pair.size, dtype=np.bool_)
         self._n_states = mdp.n_states
         self._source: IntArray = (pair // mdp.n_actions)[allowed]
         self._target: IntArray = arrays.next_state[allowed].astype(np.int64)

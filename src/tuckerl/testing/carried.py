@@ -10,7 +10,7 @@ from tuckerl.problems.simulator import Simulator
 from tuckerl.testing.playing import Moment
 
 _TOLERANCE = 1e-9
-_MEND = "mend one of them, or learn with lift=False"
+_MEND = "mend one of them, or learn with compiled=False"
 
 
 def check_carried_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> None:
@@ -20,7 +20,7 @@ def check_carried_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> No
     ----------
     mdp : TabularMDP
     stage
-        Has `source` and `observations`, the coding of what `played` observed.
+        Has `source` and `observations`, the encoder of what `played` observed.
     played : list of Moment
 
     Raises
@@ -43,7 +43,7 @@ def check_carried_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> No
                 f"{moment.reward} and terminated {bool(moment.terminated)} {moment.where}, which the table that it "
                 f"carries does not hold: {_MEND}"
             )
-        if not moment.terminated and moment.mask is not None and mdp.arrays.forbidden.size:
+        if not moment.terminated and moment.mask is not None and mdp.arrays.action_mask.size:
             _check_mask(mdp, after, moment, stage.source)
         state = after
 
@@ -65,7 +65,7 @@ def _is_outcome(mdp: TabularMDP, state: int, moment: Moment, after: int) -> bool
 
 
 def _check_mask(mdp: TabularMDP, state: int, moment: Moment, source: str) -> None:
-    allowed = ~mdp.arrays.forbidden[state]
+    allowed = mdp.arrays.action_mask[state]
     if not np.array_equal(allowed, moment.mask):
         raise ProblemCheckError(
             f"{source} allowed the actions {np.flatnonzero(moment.mask)} in state {state} {moment.where}, and the "

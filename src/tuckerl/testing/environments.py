@@ -12,14 +12,14 @@ import gymnasium
 import numpy as np
 from gymnasium.utils.env_checker import check_env
 
+from tuckerl.adapters.masks import MASK, MaskReader
+from tuckerl.adapters.resolve import as_problem
+from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.errors import ObservationError, ProblemCheckError, SpaceError
-from tuckerl.problems.coding import Coding, coding
-from tuckerl.problems.masks import MASK, MaskReader
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.resolve import as_problem
-from tuckerl.problems.seeding import EpisodeSeeds
 from tuckerl.problems.simulator import Simulator
 from tuckerl.rng import child, seed_sequence
+from tuckerl.spaces.encoder import SpaceEncoder, space_encoder
 from tuckerl.testing.arrays import check_arrays
 from tuckerl.testing.carried import check_carried_simulator, check_carried_table
 from tuckerl.testing.playing import Moment, Stage, check_equal, moments
@@ -101,9 +101,9 @@ class GymStage(Stage):
 
     def __init__(self, env: Any, source: str) -> None:
         super().__init__(env, source)
-        self.actions = coding(env.action_space, what="action")
+        self.actions = space_encoder(env.action_space, what="action")
         self.read = MaskReader(env.observation_space, env.action_space)
-        self.observations = observation_coding(self.read.observation_space)
+        self.observations = encoder_of_observations(self.read.observation_space)
         self._spaces = (copy.deepcopy(env.observation_space), copy.deepcopy(env.action_space))
         self._mask: Any = None
         self._is_over = True
@@ -148,7 +148,7 @@ class GymStage(Stage):
         return moment._replace(observation=copy.deepcopy(observation), mask=copy.deepcopy(self._mask))
 
 
-def observation_coding(space: gymnasium.Space[Any]) -> Coding | None:
+def encoder_of_observations(space: gymnasium.Space[Any]) -> SpaceEncoder | None:
     """Return the numbers of a space; None of one that has them by `bins` only.
 
     Raises
@@ -157,9 +157,9 @@ def observation_coding(space: gymnasium.Space[Any]) -> Coding | None:
         If it has none.
     """
     try:
-        return coding(space)
+        return space_encoder(space)
     except SpaceError:
-        coding(space, 1)  # has numbers if all dimensions are left out
+        space_encoder(space, 1)  # has numbers if all dimensions are left out
         return None
 
 

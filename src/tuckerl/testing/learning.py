@@ -6,8 +6,8 @@ import numpy as np
 
 from tuckerl.errors import LearnerCheckError
 from tuckerl.generalization.change_log import EPISODES
+from tuckerl.testing.small_problems import FORBIDDEN_VALUE, LENGTH, drift, masked, one_step, overflowing, slippery
 from tuckerl.testing.subject import EVERY, Subject, tensor_step
-from tuckerl.testing.worlds import FORBIDDEN_VALUE, LENGTH, drift, masked, one_step, overflowing, slippery
 
 _GAMMA = 0.9
 
@@ -43,9 +43,9 @@ def check_changes(subject: Subject) -> None:
                 missed = np.setdiff1d(changed, marked)
                 if missed.size:
                     raise LearnerCheckError(
-                        f"every row that changes must be marked, as the tensor step sees no other; {subject.name} "
-                        f"changed row {missed[0]} in episode {episode} and did not mark it: call mark(agent.log, "
-                        "state) before every change of agent.q[state]"
+                        f"every row that changes must be recorded, as the tensor step sees no other; {subject.name} "
+                        f"changed row {missed[0]} in episode {episode} and did not record it: call "
+                        "record_change(agent.log, state) before every change of agent.q[state]"
                     )
 
 
@@ -67,7 +67,7 @@ def check_targets(subject: Subject, *, bootstraps: bool) -> None:
             )
 
 
-def check_forbidden(subject: Subject) -> None:
+def check_masks(subject: Subject) -> None:
     """Check that what may not be done is neither done nor counted on."""
     initial_q = np.zeros((LENGTH, 3))
     initial_q[:, 2] = FORBIDDEN_VALUE
@@ -77,13 +77,13 @@ def check_forbidden(subject: Subject) -> None:
         state = int(np.argmax(q[:, 2] != FORBIDDEN_VALUE))
         raise LearnerCheckError(
             f"{subject.name} took action 2 in state {state}, where it is forbidden: choose by epsilon_greedy, greedy "
-            "and random_action of tuckerl.learners.choices, which know the masks"
+            "and random_action of tuckerl.training.policies, which know the masks"
         )
     if np.abs(q[:, :2]).max() > 1e3:
         raise LearnerCheckError(
             f"{subject.name} counted on forbidden actions: values rose to {np.abs(q[:, :2]).max():g} where 1 is all "
-            "that can be earned: take the best value by best_value(agent.q, agent.forbidden, state), or look at "
-            "agent.forbidden"
+            "that can be earned: take the best value by best_value(agent.q, agent.action_mask, state), or look at "
+            "agent.action_mask"
         )
 
 

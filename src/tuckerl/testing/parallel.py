@@ -15,14 +15,14 @@ from pettingzoo.utils.conversions import (
     turn_based_aec_to_parallel_wrapper,
 )
 
+from tuckerl.adapters.joint import JointEnv
+from tuckerl.adapters.masks import MaskReader
+from tuckerl.adapters.resolve import Agents, Reading, as_problem
+from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.errors import ProblemCheckError, SpaceError
-from tuckerl.problems.coding import coding
-from tuckerl.problems.joint import JointEnv
-from tuckerl.problems.masks import MaskReader
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.resolve import Agents, Reading, as_problem
-from tuckerl.problems.seeding import EpisodeSeeds
 from tuckerl.rng import child, seed_sequence
+from tuckerl.spaces.encoder import space_encoder
 from tuckerl.testing.arrays import check_arrays
 from tuckerl.testing.carried import check_carried_table
 from tuckerl.testing.environments import (
@@ -33,8 +33,8 @@ from tuckerl.testing.environments import (
     check_beside,
     check_observation,
     check_reward,
+    encoder_of_observations,
     name_of,
-    observation_coding,
     read_mask,
 )
 from tuckerl.testing.playing import Moment, Stage, check_equal, moments
@@ -66,23 +66,21 @@ class ParallelStage(Stage):
 
     def __init__(self, env: Any, source: str) -> None:
         super().__init__(env, source)
-        self.players = tuple(getattr(env, "possible_agents", None) or ())
-        if not self.players:
+        self.agents = tuple(getattr(env, "possible_agents", None) or ())
+        if not self.agents:
             raise ProblemCheckError(f"{source} must list all agents that it may have as `possible_agents`")
         self._actions = {
-            player: coding(env.action_space(player), what=f"action of {player}") for player in self.players
+            agent: space_encoder(env.action_space(agent), what=f"action of {agent}") for agent in self.agents
         }
-        self._read = {
-            player: MaskReader(env.observation_space(player), env.action_space(player)) for player in self.players
-        }
+        self._read = {agent: MaskReader(env.observation_space(agent), env.action_space(agent)) for agent in self.agents}
         for reader in self._read.values():
-            observation_coding(reader.observation_space)
+            encoder_of_observations(reader.observation_space)
         self._spaces = copy.deepcopy(self._present_spaces())
         self._masks: dict[Any, Any] = {}
         self._live: tuple[Any, ...] = ()
 
     def _present_spaces(self) -> dict[Any, Any]:
-        return {p: (self.env.observation_space(p), self.env.action_space(p)) for p in self.players}
+        return {p: (self.env.observation_space(p), self.env.action_space(p)) for p in self.agents}
 
     @property
     def is_over(self) -> bool:
@@ -98,51 +96,51 @@ class ParallelStage(Stage):
                 f"{self.source} became {self._present_spaces()}: declare the largest"
             )
         self._live = tuple(self.env.agents)
-        self._check_players(observations, where)
+        self._check_agents(observations, where)
         return self._seen(Moment(where, None, observations, None, {}, {}), infos)
 
     def act(self, rng: np.random.Generator, where: str) -> Moment:
         """Let all agents take random actions that are allowed."""
-        codes = {player: self._code(player, rng) for player in self._live}
-        chosen = {player: self._actions[player].decode(code) for player, code in codes.items()}
+        codes = {agent: self._code(agent, rng) for agent in self._live}
+        chosen = {agent: self._actions[agent].decode(code) for agent, code in codes.items()}
         observations, rewards, terminations, truncations, infos = self.env.step(chosen)
         for name, given in (("observation", observations), ("reward", rewards), ("termination", terminations)):
-            missing = [player for player in chosen if player not in given]
+            missing = [agent for agent in chosen if agent not in given]
             if missing:
                 raise ProblemCheckError(
                     f"every agent that acted must be given its {name}, its last one, too; {where} of {self.source} "
                     f"{missing[0]} got none"
                 )
-        late = [player for player in self.env.agents if player not in chosen]
+        late = [agent for agent in self.env.agents if agent not in chosen]
         if late:
             raise ProblemCheckError(
                 f"agents must be there from an episode's beginning; {late[0]} came {where} of {self.source}: let it "
                 "wait, with an observation that says so"
             )
-        ended = [player for player in self.env.agents if terminations[player] or truncations.get(player)]
+        ended = [agent for agent in self.env.agents if terminations[agent] or truncations.get(agent)]
         if ended:
             raise ProblemCheckError(
                 f"an agent that has terminated or was truncated must be taken out of `agents`; {where} of "
                 f"{self.source} {ended[0]} stayed"
             )
-        for player in chosen:
-            check_reward(rewards[player], f"for {player} {where} (actions {chosen})", self.source)
+        for agent in chosen:
+            check_reward(rewards[agent], f"for {agent} {where} (actions {chosen})", self.source)
         self._live = tuple(p for p in chosen if not terminations[p] and not truncations.get(p))
         moment = Moment(where, codes, observations, dict(rewards), dict(terminations), dict(truncations))
         return self._seen(moment, infos)
 
-    def _code(self, player: Any, rng: np.random.Generator) -> int:
-        mask = self._masks.get(player)
-        return int(rng.integers(self._actions[player].n) if mask is None else rng.choice(np.flatnonzero(mask)))
+    def _code(self, agent: Any, rng: np.random.Generator) -> int:
+        mask = self._masks.get(agent)
+        return int(rng.integers(self._actions[agent].n) if mask is None else rng.choice(np.flatnonzero(mask)))
 
-    def _check_players(self, observations: Any, where: str) -> None:
-        unknown = [player for player in self._live if player not in self.players]
+    def _check_agents(self, observations: Any, where: str) -> None:
+        unknown = [agent for agent in self._live if agent not in self.agents]
         if unknown:
             raise ProblemCheckError(
-                f"agents must be among possible_agents, {self.players}; {where} of {self.source} there was "
+                f"agents must be among possible_agents, {self.agents}; {where} of {self.source} there was "
                 f"{unknown[0]!r}"
             )
-        missing = [player for player in self._live if player not in observations]
+        missing = [agent for agent in self._live if agent not in observations]
         if missing or not self._live:
             raise ProblemCheckError(
                 f"reset must return an observation for every agent in `agents`, of which there is one at least; "
@@ -151,12 +149,12 @@ class ParallelStage(Stage):
 
     def _seen(self, moment: Moment, infos: Any) -> Moment:
         parts = {}
-        for player, observation in moment.observation.items():
-            space = self.env.observation_space(player)
-            check_observation(space, observation, f"{moment.where}, for {player},", self.source)
-            over = player not in self._live
-            info = infos.get(player) or {}
-            parts[player], self._masks[player] = read_mask(self._read[player], observation, info, moment, over=over)
+        for agent, observation in moment.observation.items():
+            space = self.env.observation_space(agent)
+            check_observation(space, observation, f"{moment.where}, for {agent},", self.source)
+            over = agent not in self._live
+            info = infos.get(agent) or {}
+            parts[agent], self._masks[agent] = read_mask(self._read[agent], observation, info, moment, over=over)
         return moment._replace(observation=copy.deepcopy(parts), mask=copy.deepcopy(self._masks))
 
 
@@ -176,7 +174,7 @@ def _check_by_pettingzoo(env: Any, source: str) -> None:
 def _check_carried(env: Any, source: str, sequence: np.random.SeedSequence, episodes: int) -> None:
     """Check the joint transitions that an environment carries, if any: Team-Q plays those."""
     try:
-        problem = as_problem(env, Reading(Agents.TEAM))
+        problem = as_problem(env, Reading(Agents.JOINT))
     except SpaceError:  # a Box without bins
         return
     if isinstance(problem, TabularMDP):

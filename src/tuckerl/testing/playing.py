@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium.utils.env_checker import data_equivalence
 
+from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.errors import ProblemCheckError
-from tuckerl.problems.seeding import EpisodeSeeds
 from tuckerl.rng import child
 from tuckerl.testing.limits import BUDGET, LONGEST
 

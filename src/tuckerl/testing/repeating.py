@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
+from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import LearnerCheckError
-from tuckerl.learners.learner import Learner
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.players import PlayersProblem
-from tuckerl.problems.resolve import Environment
+from tuckerl.testing.small_problems import corridor, drift, slippery, stepped_corridor
 from tuckerl.testing.subject import EVERY, Subject, check_same, tensor_step
-from tuckerl.testing.worlds import corridor, drift, slippery, stepped_corridor
+from tuckerl.training.learner import Learner
 
 _FIRST, _MORE = 2 * EVERY + 3, EVERY  # the first part ends within a window
 _KEEP = (
@@ -29,7 +29,7 @@ def check_repeats(subject: Subject, env: Environment | None) -> None:
     _check_seeds(subject)
     _check_agents(subject)
     for problem in (slippery(), drift(), *own):
-        several = 1 if isinstance(subject.on(problem).problem, PlayersProblem) else 3
+        several = 1 if isinstance(subject.on(problem).problem, PettingZooProblem) else 3
         for n_agents, step in ((1, None), (several, tensor_step())):
             settings = {"n_agents": n_agents, "tensor_step": step}
             learners = [subject.on(problem, **settings).learn(_FIRST) for _ in range(2)]

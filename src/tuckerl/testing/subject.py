@@ -6,8 +6,8 @@ import numpy as np
 
 from tuckerl.errors import LearnerCheckError
 from tuckerl.generalization.step import TensorStep
-from tuckerl.learners.learner import Learner
-from tuckerl.testing.worlds import corridor
+from tuckerl.testing.small_problems import corridor
+from tuckerl.training.learner import Learner
 
 EVERY = 5
 """Episodes of a window."""

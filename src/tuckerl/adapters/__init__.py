@@ -1,0 +1,1 @@
+"""What makes a problem of somebody else's environment."""

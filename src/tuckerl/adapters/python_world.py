@@ -1,0 +1,144 @@
+"""What all environments that Python steps have in common: copies for several agents, faults, time, and seeds."""
+
+import copy
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from tuckerl.adapters.seeding import EpisodeSeeds
+from tuckerl.errors import EnvironmentFaultError, ObservationError, ProblemError
+from tuckerl.problems.worlds import World
+from tuckerl.rng import child
+
+STEP_CAP = 100_000
+"""Steps after which an episode is cut off where neither the environment nor the user has set a limit."""
+
+TERMINATED, TRUNCATED = 1, 2
+"""How an environment ends an episode by itself: with the return, or without."""
+
+FAULT, YIELD, REWARD_IS_NOT_FINITE = -1, -2, -3
+"""Why a kernel must return: an error was raised, it is time, a reward cannot be learned from."""
+
+
+class Environments:
+    """The environments of one problem: the one that was given, then others like it.
+
+    Parameters
+    ----------
+    env
+        The first.
+    source : str
+        What it is called in messages.
+    make : callable, optional
+        Makes one more; by default the first one is copied.
+    """
+
+    def __init__(self, env: Any, source: str, make: Callable[[], Any] | None) -> None:
+        self.first, self.source, self._make = env, source, make
+        self._is_taken = False
+
+    def take(self) -> Any:
+        """Return an environment that nobody else has.
+
+        Raises
+        ------
+        ProblemError
+            If one more is needed and it cannot be copied.
+        """
+        if not self._is_taken:
+            self._is_taken = True
+            return self.first
+        if self._make is not None:
+            return self._make()
+        try:
+            return copy.deepcopy(self.first)
+        except Exception as error:  # whatever a copy raises
+            raise ProblemError(
+                f"{self.source} cannot be copied for one more agent ({type(error).__name__}: {error}): pass its id, or "
+                "a callable that makes one"
+            ) from error
+
+    def try_out(self, look: Callable[[Any, Any], bool]) -> bool:
+        """Begin an episode, to find mistakes before learning begins; return what `look` says of what reset returned.
+
+        Raises
+        ------
+        ObservationError
+            If the first observation does not lie in its space.
+        ProblemError
+            If reset raises anything else.
+        """
+        try:
+            observation, info = self.first.reset(seed=0)
+            return look(observation, info)
+        except (ObservationError, ProblemError):
+            raise
+        except Exception as error:  # whatever an environment raises
+            raise ProblemError(f"{self.source} does not begin: reset raised {type(error).__name__}: {error}") from error
+
+
+class PythonWorld(World):
+    """One environment that kernels step through a callback."""
+
+    def __init__(self, source: str, env: Any) -> None:
+        self.source, self.env = source, env
+        self.seeds = EpisodeSeeds(env)
+        self._error: BaseException | None = None
+        self._deadline = math.inf
+
+    def fail(self, error: BaseException) -> int:
+        """Keep an error for `raise_pending` and return what tells the kernel of it."""
+        self._error = error
+        return FAULT
+
+    @property
+    def is_late(self) -> bool:
+        """Whether no further episode should begin now."""
+        return time.monotonic() > self._deadline
+
+    def seed(self, sequence: np.random.SeedSequence) -> None:
+        """Take the environment's seeds from `sequence`."""
+        self.seeds.sequence = child(sequence, 0)
+
+    def set_deadline(self, seconds: float) -> None:
+        """Let the next kernel return at the first end of an episode after so many seconds."""
+        self._deadline = time.monotonic() + seconds
+
+    def raise_pending(self) -> None:
+        """Raise what the environment raised, and forget it: the next episode begins anew.
+
+        Raises
+        ------
+        EnvironmentFaultError
+            If it raised an error, or paid a reward that is no finite number; it names step, episode and seed.
+        """
+        status, self.arrays.status[0] = self.arrays.status[0], 0
+        error, self._error = self._error, None
+        if status not in (FAULT, REWARD_IS_NOT_FINITE):
+            return
+        if error is not None and not isinstance(error, Exception):  # KeyboardInterrupt, SystemExit and their like
+            raise error
+        what = f"failed ({type(error).__name__}: {error})"
+        if error is None:  # it came at the callback's door, from a signal's handler for one, and Python has printed it
+            what = "was broken off by an error that is printed above"
+        if status == REWARD_IS_NOT_FINITE:
+            what = f"paid a reward that is not finite ({', '.join(map(str, self.arrays.reward))})"
+        raise EnvironmentFaultError(
+            f"{self.source} {what} {self.seeds.where(int(self.arrays.clock[0]))}; what was learned before is kept, and "
+            "learn() goes on with a new episode"
+        ) from error
+
+    def close(self) -> None:
+        """Close the environment."""
+        self.env.close()
+
+    def saved(self) -> dict[str, Any]:
+        """Return the environment's seeds and generator."""
+        return self.seeds.saved()
+
+    def restore(self, header: dict[str, Any]) -> None:
+        """Go on from what `saved` returned."""
+        self.seeds.restore(header)

@@ -1,0 +1,90 @@
+"""Which seeds an environment is reset with, so that a learner can be saved and go on to the last bit."""
+
+from typing import Any
+
+import numpy as np
+
+from tuckerl.adapters.joint import JointEnv
+from tuckerl.errors import SavedFileError
+from tuckerl.rng import child, seed_sequence
+
+
+class EpisodeSeeds:
+    """The resets of one environment.
+
+    The first one gives a seed, as Gymnasium asks for. What an environment remembers from one episode to the next is
+    then its generator, `np_random`, which is saved and restored. An environment without one is given a seed in every
+    reset, so that it need not remember anything.
+    """
+
+    def __init__(self, env: Any) -> None:
+        self._env = env
+        self.sequence = seed_sequence(0)
+        self._n_resets = 0
+        self._seed: int | None = None  # the latest that was given
+
+    def reset(self) -> tuple[Any, Any]:
+        """Begin an episode; return what the environment's reset returns."""
+        number = self._n_resets
+        self._n_resets += 1
+        if number > 0 and generator_of(self._env) is not None:
+            first: tuple[Any, Any] = self._env.reset()
+            return first
+        return self._seeded(number)
+
+    def _seeded(self, number: int) -> tuple[Any, Any]:
+        self._seed = int(child(self.sequence, number).generate_state(1)[0])
+        first: tuple[Any, Any] = self._env.reset(seed=self._seed)
+        return first
+
+    def where(self, step: int) -> str:
+        """Return which step this is, in words."""
+        place = f"in step {step}" if step else "in reset"
+        return f"{place} of episode {self._n_resets - 1} of this environment (seed {self._seed})"
+
+    def saved(self) -> dict[str, Any]:
+        """Return as JSON what `restore` goes on from."""
+        generator = generator_of(self._env) if self._n_resets else None
+        return {"resets": self._n_resets, "generator": None if generator is None else _as_json(generator)}
+
+    def restore(self, header: dict[str, Any]) -> None:
+        """Go on from what `saved` returned.
+
+        Raises
+        ------
+        SavedFileError
+            If the environment has no generator any more, or one of another kind.
+        """
+        self._n_resets = int(header["resets"])
+        if header["generator"] is None:
+            return
+        self._seeded(0)
+        generator = generator_of(self._env)
+        held = header["generator"]
+        if generator is None or type(generator.bit_generator).__name__ != held["bit_generator"]:
+            raise SavedFileError(
+                f"the saved environment drew from np_random, a {held['bit_generator']}; this one does not: load with "
+                "the same environment"
+            )
+        generator.bit_generator.state = held
+
+
+def generator_of(env: Any) -> np.random.Generator | None:
+    """Return the generator that an environment keeps from one episode to the next, if it has one."""
+    inner = env.unwrapped
+    if isinstance(inner, JointEnv):  # its own is not what decides
+        inner = inner.env.unwrapped
+    # Gymnasium's property would make one where there is none.
+    generator = getattr(inner, "_np_random", None)
+    if generator is None and not hasattr(type(inner), "np_random"):
+        generator = getattr(inner, "np_random", None)
+    return generator if isinstance(generator, np.random.Generator) else None
+
+
+def _as_json(generator: np.random.Generator) -> Any:
+    def plain(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {name: plain(part) for name, part in value.items()}
+        return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+    return plain(generator.bit_generator.state)

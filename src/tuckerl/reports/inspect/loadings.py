@@ -1,0 +1,132 @@
+"""The action, episode and agent factors, beside one another."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+
+from tuckerl.reports.inspect.cells import colour_bar, sequential
+from tuckerl.reports.inspect.content import ACTIONS, AGENTS, EPISODES, Inspection, Loadings
+from tuckerl.reports.inspect.state_loadings import fit_words
+from tuckerl.reports.inspect.text import joined, number, percents
+from tuckerl.reports.inspect.view import WIDTH, View
+from tuckerl.types import FloatArray
+
+_ROW = 0.155
+_MOST_ROWS = 40  # that are drawn as high as letters
+_NUMBER = 0.4  # inches that a number needs
+_GAP = 0.18
+
+
+class _Part(NamedTuple):
+    """A factor and the names of its rows."""
+
+    title: str
+    factor: FloatArray
+    names: Sequence[str]
+
+
+def draw_loadings(inside: Inspection) -> Figure:
+    """Draw the three factors, rows down and columns across, on one scale."""
+    loadings = _loadings(inside)
+    parts = _parts(inside, loadings)
+    highest = max(_height(part) for part in parts)
+    height = highest + 0.8
+    figure = Figure(figsize=(WIDTH, height))
+    labels = [0.14 + 0.065 * max(3, *(len(name) for name in part.names)) for part in parts]
+    room = WIDTH - 0.95 - _GAP * (len(parts) - 1) - sum(labels)
+    columns = [part.factor.shape[1] for part in parts]
+    largest = max(float(np.abs(part.factor).max(initial=0)) for part in parts) or 1.0
+    norm = Normalize(-largest, largest)
+    left = 0.05
+    for part, label, count in zip(parts, labels, columns, strict=True):
+        left += label
+        width = min(room * _share(count, columns), 0.55 * count)
+        high = _height(part)
+        axes = figure.add_axes((left / WIDTH, (height - 0.3 - high) / height, width / WIDTH, high / height))
+        image = _draw_part(axes, part, norm, numbered=width / count >= _NUMBER)
+        left += width + _GAP
+    colour_bar(axes, image, "loading", least=highest)
+    return figure
+
+
+def _loadings(inside: Inspection) -> Loadings:
+    if inside.loadings is None:
+        raise ValueError("there are no loadings to draw")
+    return inside.loadings
+
+
+def _parts(inside: Inspection, loadings: Loadings) -> list[_Part]:
+    first = loadings.first_episode
+    episodes = [str(first + place) for place in range(loadings.factors[EPISODES].shape[0])]
+    return [
+        _Part("action", loadings.factors[ACTIONS], inside.action_names),
+        _Part("episode", loadings.factors[EPISODES], episodes),
+        _Part("agent", loadings.factors[AGENTS], [str(agent) for agent in range(inside.n_agents)]),
+    ]
+
+
+def _height(part: _Part) -> float:
+    return max(0.3, _ROW * min(len(part.names), _MOST_ROWS))
+
+
+def _share(count: int, counts: list[int]) -> float:
+    # The square root leaves a factor of one column beside one of twenty some width.
+    return float(np.sqrt(count) / np.sum(np.sqrt(counts)))
+
+
+def _draw_part(axes: Axes, part: _Part, norm: Normalize, *, numbered: bool) -> AxesImage:
+    n_rows, n_columns = part.factor.shape
+    image = axes.imshow(part.factor, cmap=sequential(), norm=norm, interpolation="none", aspect="auto")
+    every = max(1, -(-n_rows // _MOST_ROWS))
+    axes.set_yticks(range(0, n_rows, every), list(part.names)[::every], parse_math=False)
+    step = max(1, -(-n_columns // 10))
+    axes.set_xticks(range(0, n_columns, step), [str(place + 1) for place in range(0, n_columns, step)])
+    axes.tick_params(length=0)
+    axes.set_xlabel("factor", labelpad=1)
+    axes.set_title(part.title, loc="left", pad=4)
+    if numbered and every == 1:
+        for row, column in np.ndindex(n_rows, n_columns):
+            value = float(part.factor[row, column])
+            shade = "white" if norm(value) < 0.35 else "black"
+            text = f"{round(value, 2) + 0.0:.2f}".replace("-", "\N{MINUS SIGN}")
+            axes.text(column, row, text, color=shade, fontsize=8, horizontalalignment="center", va="center_baseline")
+    return image
+
+
+def _caption(inside: Inspection) -> str:
+    loadings = _loadings(inside)
+    names = {ACTIONS: "action", EPISODES: "episode", AGENTS: "agent"}
+    shares = joined(f"the {name} factors {percents(loadings.energies(mode))}" for mode, name in names.items())
+    first = loadings.first_episode
+    last = first + loadings.factors[EPISODES].shape[0] - 1
+    return (
+        f"The columns of the action, episode and agent factors of the tables of episodes {first} to {last}; "
+        f"{fit_words(loadings)}. Of what is kept, {shares} (squares of the core, by column). Columns have length 1; "
+        "lighter is positive, darker negative. The length of an action's row gives its weight ω in the tensor step, "
+        "that of an agent's row decides whose table the rules 'max' and 'min' copy."
+    )
+
+
+def _alt(inside: Inspection) -> str:
+    loadings = _loadings(inside)
+    words = []
+    for part in _parts(inside, loadings):
+        first = part.factor[:, 0]
+        row = int(np.abs(first).argmax())
+        words.append(f"{part.title} {part.names[row]} ({number(float(first[row]))})")
+    return f"Three tables of loadings. Largest in the first columns: {joined(words)}."
+
+
+LOADINGS = View(
+    "loadings",
+    "Action, episode and agent loadings",
+    lambda inside: inside.loadings is not None,
+    draw_loadings,
+    _caption,
+    _alt,
+)

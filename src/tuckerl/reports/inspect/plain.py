@@ -1,0 +1,152 @@
+"""The greedy policy and the values where the states have no layout: a table of few states, a profile of many."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from tuckerl.reports.inspect.cells import colour_bar, counting_ticks, scale, sequential
+from tuckerl.reports.inspect.content import Inspection
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
+from tuckerl.reports.inspect.policy import policy_words
+from tuckerl.reports.inspect.text import joined, number
+from tuckerl.reports.inspect.view import WIDTH, View
+from tuckerl.reports.styles import BLACK, BLUE
+from tuckerl.types import FloatArray, IntArray
+
+TABLE_STATES = 60
+"""So many states are shown one by one."""
+
+_ROW = 0.155  # inches of a state or an action with its name
+_BARS = 40  # actions that have one
+_NAMED_COLUMNS = 30
+
+
+def draw_plain(inside: Inspection) -> Figure:
+    """Draw agent 0's table, or a profile of its values and of the actions that it prefers."""
+    return _draw_table(inside) if inside.n_states <= TABLE_STATES else _draw_profile(inside)
+
+
+def _draw_table(inside: Inspection) -> Figure:
+    q = inside.q[0]
+    n_states, n_actions = q.shape
+    wide, high = min(5.5, max(1.2, 0.6 * n_actions)), max(0.35, _ROW * n_states)
+    longest = 0.075 * max(len(name) for name in inside.action_names)
+    tilted = n_actions <= _NAMED_COLUMNS and longest > 0.95 * wide / n_actions
+    below = 0.36 + (min(1.6, longest) if tilted else 0.2)
+    height = high + 0.3 + below
+    figure = Figure(figsize=(WIDTH, height))
+    axes = figure.add_axes((0.62 / WIDTH, below / height, wide / WIDTH, high / height))
+    norm = scale(q)
+    image = axes.imshow(
+        np.ma.masked_invalid(q), cmap=sequential(), norm=norm, interpolation="none", aspect="auto", origin="upper"
+    )
+    best = greedy(q, inside.allowed[0])
+    states = np.flatnonzero(best != NO_PREFERENCE)
+    axes.plot(best[states], states, linestyle="none", marker="o", markersize=5, color=BLACK, markeredgecolor="white")
+    axes.set_xlim(-0.5, n_actions - 0.5)
+    axes.set_ylim(n_states - 0.5, -0.5)
+    if n_actions <= _NAMED_COLUMNS:
+        axes.set_xticks(range(n_actions), inside.action_names, rotation=90 if tilted else 0, parse_math=False)
+    axes.set_yticks(counting_ticks(n_states))
+    axes.tick_params(length=2)
+    axes.set_xlabel("action")
+    axes.set_ylabel("state")
+    axes.set_title("agent 0: Q(s, a), with a dot the greedy action", loc="left")
+    colour_bar(axes, image, "Q(s, a)")
+    return figure
+
+
+def _draw_profile(inside: Inspection) -> Figure:
+    shown = shown_actions(inside)
+    high = max(2.1, _ROW * shown.size)
+    height = high + 0.8
+    figure = Figure(figsize=(WIDTH, height))
+    longest = max(len(inside.action_names[action]) for action in shown)
+    gap = 0.6 + 0.07 * min(longest, 20)
+    left_width = 0.55 * (WIDTH - 0.62 - gap - 0.2)
+    curve = figure.add_axes((0.62 / WIDTH, 0.48 / height, left_width / WIDTH, high / height))
+    _draw_values(curve, values(inside.q, inside.allowed))
+    left = 0.62 + left_width + gap
+    bars = figure.add_axes((left / WIDTH, 0.48 / height, (WIDTH - left - 0.2) / WIDTH, high / height))
+    _draw_counts(bars, _counts(inside)[shown], [inside.action_names[action] for action in shown])
+    return figure
+
+
+def shown_actions(inside: Inspection) -> IntArray:
+    """Return the actions that have a bar: all, or those that are greedy most often, in order of number."""
+    counts = _counts(inside)
+    return np.sort(np.argsort(-counts, kind="stable")[:_BARS])
+
+
+def _counts(inside: Inspection) -> IntArray:
+    best = greedy(inside.q[0], inside.allowed[0])
+    return np.bincount(best[best != NO_PREFERENCE], minlength=inside.n_actions)
+
+
+def _draw_values(axes: Axes, known: FloatArray) -> None:
+    """Draw each agent's values from the highest down, agent 0's on top."""
+    for agent in range(len(known) - 1, -1, -1):
+        sorted_values = np.sort(known[agent][np.isfinite(known[agent])])[::-1]
+        look = {"color": BLUE, "linewidth": 1.8} if agent == 0 else {"color": "0.6", "linewidth": 0.9}
+        name = "agent 0" if agent == 0 else "the other agents" if agent == len(known) - 1 else "_"
+        marker = "o" if sorted_values.size == 1 else ""
+        axes.plot(np.arange(1, sorted_values.size + 1), sorted_values, label=name, marker=marker, **look)  # type: ignore[arg-type]
+    if not np.isfinite(known).any():
+        axes.text(0.5, 0.5, "no state prefers an action", transform=axes.transAxes, horizontalalignment="center")
+    elif len(known) > 1:
+        axes.legend(frameon=False)
+    axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+    axes.set_xlabel("states, the most valuable first")
+    axes.set_title("state value, max Q(s, a)", loc="left")  # not beside the numbers, whose width is not known
+
+
+def _draw_counts(axes: Axes, counts: IntArray, names: list[str]) -> None:
+    axes.barh(range(len(names)), counts, height=0.75, color=BLUE)
+    axes.set_yticks(range(len(names)), names, parse_math=False)
+    axes.set_ylim(len(names) - 0.4, -0.6)
+    axes.set_xlim(0, max(1, int(counts.max(initial=0))) * 1.02)
+    axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlabel("states in which it is greedy")
+    axes.set_title("action", loc="left")
+
+
+def plain_caption(inside: Inspection) -> str:
+    """Return what the table or the profile shows, and what it does not."""
+    words = policy_words(inside)
+    if inside.n_states <= TABLE_STATES:
+        first = "Agent 0's table, lighter is more; a dot marks the greedy action"
+        hidden = ["Only agent 0's values are shown"] if inside.n_agents > 1 else []
+    else:
+        first = (
+            "Left: the values of the states in which something is preferred, sorted. Right: in how many of agent 0's "
+            "states each action is greedy"
+        )
+        hidden = ["Which state has which value and action is not shown, as the states have no layout"]
+        missing = inside.n_actions - shown_actions(inside).size
+        if missing:
+            hidden.append(f"{missing} actions that are greedy less often have no bar")
+    return ". ".join([first, *words, *hidden]) + "."
+
+
+def plain_alt(inside: Inspection) -> str:
+    """Return the highest value and the commonest greedy actions."""
+    counts, known = _counts(inside), values(inside.q[0], inside.allowed[0])
+    kind = "A table of values" if inside.n_states <= TABLE_STATES else "A falling curve of values and bars of actions"
+    if not counts.any():
+        return f"{kind}; no state prefers an action."
+    best = int(np.nanargmax(known))
+    most = np.argsort(-counts, kind="stable")[:3]
+    chosen = joined(f"{inside.action_names[a]} in {counts[a]:,}" for a in most if counts[a])
+    return f"{kind}. The highest value is {number(float(known[best]))}, of state {best}. Greedy: {chosen} states."
+
+
+PLAIN = View(
+    "policy",
+    "Greedy policy and state values",
+    lambda inside: inside.layout is None,
+    draw_plain,
+    plain_caption,
+    plain_alt,
+)

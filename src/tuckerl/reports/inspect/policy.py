@@ -1,0 +1,207 @@
+"""The greedy policy and the state values where the states are the cells of a grid."""
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from tuckerl.reports.inspect.cells import (
+    Room,
+    colour_bar,
+    draw_cells,
+    grid_figure,
+    key_of_cells,
+    label_cells,
+    room_for,
+    scale,
+    where,
+)
+from tuckerl.reports.inspect.content import Inspection
+from tuckerl.reports.inspect.greedy import (
+    NO_PREFERENCE,
+    ArrowField,
+    arrow_field,
+    direction,
+    greedy,
+    shares_first_place,
+    values,
+)
+from tuckerl.reports.inspect.text import joined, span
+from tuckerl.reports.inspect.view import View
+from tuckerl.reports.text import counted
+from tuckerl.types import BoolArray, IntArray
+
+MARKERS = "os^DPXv*"  # of actions that point nowhere
+
+_SMALLEST_ARROW = 7.0  # points: below, only every so many cells have one
+_LONGEST_ARROW = 19.0
+_DARK = 0.45  # of lightness: arrows are white on what is darker
+
+
+def draw_policy(inside: Inspection) -> Figure:
+    """Draw agent 0's state values as colours and its greedy actions as arrows."""
+    layout, q, allowed = _layout(inside), inside.q[0], inside.allowed[0]
+    figure, axes, room = grid_figure(layout)
+    shown = np.where(inside.walls, np.nan, values(q, allowed))
+    norm = scale(shown)
+    colours = draw_cells(axes, shown, layout, inside.walls, norm, room)
+    label_cells(axes)
+    dark = (
+        np.asarray(colours.to_rgba(np.nan_to_num(shown, nan=norm.vmax or 0.0)))[:, :3] @ (0.299, 0.587, 0.114) < _DARK
+    )
+    field = arrow_field(q, inside.action_names, allowed)
+    drawn = _drawn(inside, room)
+    _draw_arrows(axes, field, drawn, dark, room)
+    marks = _draw_marks(axes, inside, field.action, drawn, room)
+    key = [*key_of_cells(inside.walls, np.isnan(shown), "no preference"), *marks]
+    if key:
+        axes.legend(
+            handles=key,
+            loc="upper left",
+            bbox_to_anchor=(0, -0.36 / room.height),
+            ncols=5,
+            frameon=False,
+            borderpad=0,
+            columnspacing=1.2,
+            handlelength=1.2,
+        )
+    axes.set_title("agent 0" if inside.n_agents > 1 else "greedy policy", loc="left")
+    colour_bar(axes, colours, "max Q(s, a)")
+    return figure
+
+
+def stride(room: Room) -> int:
+    """Return that every so many rows and columns have an arrow."""
+    return max(1, math.ceil(_SMALLEST_ARROW / room.cell - 1e-9))
+
+
+def _layout(inside: Inspection) -> tuple[int, int]:
+    if inside.layout is None:
+        raise ValueError("only states with a layout can be drawn as a grid")
+    return inside.layout
+
+
+def _drawn(inside: Inspection, room: Room) -> BoolArray:
+    """Return which cells have an arrow or a mark."""
+    rows, columns = _layout(inside)
+    every = stride(room)
+    chosen = np.zeros((rows, columns), dtype=np.bool_)
+    chosen[(every // 2) % rows :: every, (every // 2) % columns :: every] = True
+    return chosen.ravel() & ~inside.walls
+
+
+def _draw_arrows(axes: Axes, field: ArrowField, drawn: BoolArray, dark: BoolArray, room: Room) -> None:
+    """Draw each arrow as one shape, black or white as its cell is light or dark."""
+    cells = np.flatnonzero(drawn & ((field.down != 0) | (field.right != 0)))
+    columns = round(axes.get_xlim()[1] + 0.5)
+    half = min(0.36 * stride(room) * room.cell, _LONGEST_ARROW / 2)  # points, so that oblong cells bend no arrow
+    # Along and across its direction: a shaft, barbs, a tip.
+    outline = np.array(
+        [(-1, 0.1), (0.1, 0.1), (0.1, 0.52), (1, 0), (0.1, -0.52), (0.1, -0.1), (-1, -0.1)], dtype=np.float64
+    )
+    shapes = []
+    for cell in cells:
+        along = np.array([field.right[cell], field.down[cell]]) / math.hypot(field.right[cell], field.down[cell])
+        across = np.array([-along[1], along[0]])
+        centre = np.array([cell % columns, cell // columns])
+        points = half * (outline[:, :1] * along + outline[:, 1:] * across)
+        shapes.append(centre + points / (room.across, room.down))
+    colours = np.where(dark[cells], "white", "black").tolist()
+    axes.add_collection(PolyCollection(shapes, facecolors=colours, edgecolors="none", gid="arrows"), autolim=False)
+
+
+def _draw_marks(axes: Axes, inside: Inspection, action: IntArray, drawn: BoolArray, room: Room) -> list[Line2D]:
+    """Mark where the greedy action points nowhere, a shape for each such action; return their legend."""
+    columns = _layout(inside)[1]
+    lines = []
+    for number, marker in zip(_undirected(inside), MARKERS, strict=False):
+        cells = np.flatnonzero(drawn & (action == number))
+        size = min(7.0, 0.5 * stride(room) * room.cell)
+        (line,) = axes.plot(
+            cells % columns,
+            cells // columns,
+            linestyle="none",
+            marker=marker,
+            markersize=size,
+            markerfacecolor="black",
+            markeredgecolor="white",
+            markeredgewidth=0.4,
+            label=inside.action_names[number],
+        )
+        if cells.size:
+            lines.append(line)
+    return lines
+
+
+def _undirected(inside: Inspection) -> list[int]:
+    """Return the actions that are drawn as marks: those without a direction, unless there are too many to tell."""
+    found = [action for action, name in enumerate(inside.action_names) if direction(name) is None]
+    return found if len(found) <= len(MARKERS) else []
+
+
+def policy_words(inside: Inspection) -> list[str]:
+    """Return in how many states agent 0 prefers something, what its values are, and in how many it is torn."""
+    q, allowed = inside.q[0][~inside.walls], inside.allowed[0][~inside.walls]
+    best, known = greedy(q, allowed), values(q, allowed)
+    preferred = int((best != NO_PREFERENCE).sum())
+    infinite = int((~(np.isfinite(q) | ~allowed).all(axis=1)).sum())
+    words = [f"Agent 0 prefers an action in {preferred:,} of {counted(len(q), 'state')}"]
+    if preferred:
+        words[0] += f"; their values are {span(known[best != NO_PREFERENCE])}"
+    if preferred < len(q):
+        words.append("Where all actions are worth the same, as where nobody has been, it has no preference")
+    torn = int(shares_first_place(q, allowed).sum())
+    if torn:
+        words.append(
+            f"In {counted(torn, 'state')} several but not all actions are equally good; the lowest numbered is shown"
+        )
+    if infinite:
+        words.append(f"Left out: {counted(infinite, 'state')} with values that are not finite")
+    return words
+
+
+def _caption(inside: Inspection) -> str:
+    layout = _layout(inside)
+    every = stride(room_for(layout))
+    words = [
+        "Colour: the state value, the largest of each cell's Q(s, a); lighter is more. Arrow: the action that has it, "
+        "by the direction of its name",
+        *policy_words(inside),
+    ]
+    if every > 1:
+        words.append(f"Arrows are drawn in every {_ORDINALS.get(every, f'{every}th')} row and column only")
+    unmarked = [name for name in inside.action_names if direction(name) is None]
+    if len(unmarked) > len(MARKERS):
+        words.append(f"{len(unmarked)} actions whose names mean no direction have no mark")
+    return ". ".join(words) + "."
+
+
+_ORDINALS = {2: "second", 3: "third"}
+
+
+def _alt(inside: Inspection) -> str:
+    rows, columns = _layout(inside)
+    q, allowed = inside.q[0], inside.allowed[0]
+    best = greedy(q, allowed)
+    counts = np.bincount(best[(best != NO_PREFERENCE) & ~inside.walls], minlength=inside.n_actions)
+    most = np.argsort(-counts, kind="stable")[:4]
+    chosen = joined(f"{inside.action_names[a]} in {counts[a]:,}" for a in most if counts[a])
+    text = f"A grid of {rows} rows and {columns} columns coloured by state value"
+    known = np.where(inside.walls, np.nan, values(q, allowed))
+    if np.isfinite(known).any():
+        highest = int(np.nanargmax(known))
+        text += f", the highest in {where(highest, inside.layout)}, with an arrow for the greedy action: {chosen} cells"
+    return f"{text}. {int(inside.walls.sum()):,} cells are blocked."
+
+
+POLICY = View(
+    "policy",
+    "Greedy policy and state values",
+    lambda inside: inside.layout is not None,
+    draw_policy,
+    _caption,
+    _alt,
+)

@@ -1,0 +1,195 @@
+"""The state factor: a small map for each of its columns, or rows of colours where the states have no layout."""
+
+import math
+
+import numpy as np
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from tuckerl.reports.inspect.cells import (
+    colour_bar,
+    draw_cells,
+    key_of_cells,
+    room_for,
+    sequential,
+    where,
+)
+from tuckerl.reports.inspect.content import STATES, Inspection, Loadings
+from tuckerl.reports.inspect.text import number, percent, percents
+from tuckerl.reports.inspect.view import WIDTH, View
+from tuckerl.reports.text import counted
+from tuckerl.types import FloatArray, IntArray
+
+MOST_MAPS = 20
+MOST_STATES = 400
+"""So many states without a layout are shown one by one."""
+
+_ACROSS = 5
+
+
+def draw_states(inside: Inspection) -> Figure:
+    """Draw the columns of the state factor."""
+    loadings = _loadings(inside)
+    return _draw_maps(inside, loadings) if inside.layout is not None else _draw_rows(loadings)
+
+
+def on_all_states(inside: Inspection) -> FloatArray:
+    """Return the state factor with a row for every state, (S, r): NaN where a state's row did not change."""
+    loadings = _loadings(inside)
+    factor = loadings.factors[STATES]
+    spread = np.full((inside.n_states, factor.shape[1]), np.nan)
+    spread[loadings.states] = factor
+    return spread
+
+
+def _loadings(inside: Inspection) -> Loadings:
+    if inside.loadings is None:
+        raise ValueError("there are no loadings to draw")
+    return inside.loadings
+
+
+def _draw_maps(inside: Inspection, loadings: Loadings) -> Figure:
+    layout = inside.layout or (1, inside.n_states)
+    columns = on_all_states(inside)
+    n_maps = min(columns.shape[1], MOST_MAPS)
+    rows, columns_of = layout
+    across = min(n_maps, _ACROSS if columns_of <= 2.5 * rows else 3 if columns_of <= 5 * rows else 1)
+    down = math.ceil(n_maps / across)
+    width = min((WIDTH - 1.35 - 0.14 * (across - 1)) / across, 1.8 if across > 1 else 5.0)
+    room = room_for(layout, width=width, height=2.4)
+    step_x, step_y = max(room.width + 0.14, 1.16), room.height + 0.5
+    below = max(0.34, 0.9 - room.height)
+    height = down * step_y + below
+    figure = Figure(figsize=(WIDTH, height))
+    energies = loadings.energies(STATES)
+    for place in range(n_maps):
+        left, top = 0.2 + (place % across) * step_x, height - 0.4 - (place // across) * step_y
+        axes = figure.add_axes((left / WIDTH, (top - room.height) / height, room.width / WIDTH, room.height / height))
+        largest = _largest(columns[:, place])
+        colours = draw_cells(
+            axes, columns[:, place], layout, inside.walls, Normalize(-largest, largest), room, lines=False
+        )
+        axes.set(xticks=[], yticks=[])
+        axes.set_title(f"{place + 1}: {_short(energies[place])}\n±{number(largest)}", loc="left", fontsize=8, pad=2)
+        if place == across - 1:
+            colours.set_norm(Normalize(-1, 1))
+            bar = colour_bar(axes, colours, "loading", [-1.0, 0.0, 1.0])
+            bar.set_yticks([-1, 0, 1], ["\N{MINUS SIGN}largest", "0", "largest"])
+    key = key_of_cells(inside.walls, np.isnan(columns[:, 0]), "did not change")
+    if key:
+        figure.legend(handles=key, loc="lower left", bbox_to_anchor=(0.2 / WIDTH, 0), ncols=2, frameon=False)
+    return figure
+
+
+def _largest(column: FloatArray) -> float:
+    finite = np.abs(column[np.isfinite(column)])
+    return float(finite.max()) if finite.size and finite.max() > 0 else 1.0
+
+
+def _short(part: float) -> str:
+    """Return a part of 1 in percent, in few letters."""
+    return f"{100 * part:.3g} %" if part == 0 or part >= 0.0005 else "<0.1 %"
+
+
+def shown_rows(loadings: Loadings) -> IntArray:
+    """Return the rows of the state factor that are drawn without a layout: the longest, in order of state."""
+    norms = np.linalg.norm(loadings.factors[STATES], axis=1)
+    longest = np.argsort(-norms, kind="stable")[:MOST_STATES]
+    return longest[np.argsort(loadings.states[longest], kind="stable")]
+
+
+def _draw_rows(loadings: Loadings) -> Figure:
+    rows = shown_rows(loadings)
+    factor = loadings.factors[STATES][rows, :MOST_MAPS].T
+    n_columns = len(factor)
+    high = max(0.5, 0.2 * n_columns)
+    height = high + 0.85
+    figure = Figure(figsize=(WIDTH, height))
+    axes = figure.add_axes((1.05 / WIDTH, 0.5 / height, 5.1 / WIDTH, high / height))
+    scaled = factor / np.array([[_largest(column)] for column in factor])
+    image = axes.imshow(scaled, cmap=sequential(), norm=Normalize(-1, 1), interpolation="none", aspect="auto")
+    energies = loadings.energies(STATES)
+    axes.set_yticks(
+        range(n_columns), [f"{place + 1}: {_short(energies[place])}" for place in range(n_columns)], parse_math=False
+    )
+    places = np.unique(np.linspace(0, rows.size - 1, min(rows.size, 9)).round().astype(np.int64))
+    axes.set_xticks(places, [f"{state}" for state in loadings.states[rows][places]])
+    axes.tick_params(length=2)
+    axes.set_xlabel("state (its number)")
+    axes.set_title("factor: part of the sum of squares", loc="left", x=-0.16)
+    bar = colour_bar(axes, image, "loading", [-1.0, 0.0, 1.0])
+    bar.set_yticks([-1, 0, 1], ["\N{MINUS SIGN}largest", "0", "largest"])
+    return figure
+
+
+def fit_words(loadings: Loadings) -> str:
+    """Return the fit and the part of the sum of squares that it means."""
+    if math.isnan(loadings.fit):
+        return "the fit is not known"
+    explained = 1 - (1 - loadings.fit) ** 2
+    return f"the fit is {loadings.fit:.4g}, which means that {percent(explained)} of the tables' sum of squares is kept"
+
+
+def _caption(inside: Inspection) -> str:
+    loadings = _loadings(inside)
+    n_columns = loadings.factors[STATES].shape[1]
+    share = percents(loadings.energies(STATES))
+    words = [
+        f"{_capital(counted(n_columns, 'column'))} of the state factor of the latest tables' Tucker decomposition; "
+        f"{fit_words(loadings)}. Of what is kept, they carry {share} (squares of the core)",
+        "Lighter is positive, darker negative; each is scaled to its own largest magnitude, and its sign is arbitrary",
+    ]
+    if inside.layout is not None:
+        words.append("Over each map stand its share and that magnitude")
+    if n_columns > MOST_MAPS:
+        words.append(f"Only the first {MOST_MAPS} are drawn")
+    still = int((~inside.walls).sum()) - int((~inside.walls[loadings.states]).sum())
+    if still:
+        words.append(f"{counted(still, 'state')} did not change in these episodes and {_has(still)} no loadings")
+    if inside.layout is None:
+        words += _hidden(loadings)
+    return ". ".join(words) + "."
+
+
+def _hidden(loadings: Loadings) -> list[str]:
+    norms = np.square(loadings.factors[STATES]).sum(axis=1)
+    rows = shown_rows(loadings)
+    if rows.size == norms.size or not norms.any():
+        return []
+    part = 1 - float(norms[rows].sum() / norms.sum())
+    return [
+        f"Drawn are the {rows.size} states with the largest loadings; the other {norms.size - rows.size:,} carry "
+        f"{percent(part)} of the factor's squares"
+    ]
+
+
+def _has(count: int) -> str:
+    return "has" if count == 1 else "have"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _alt(inside: Inspection) -> str:
+    loadings = _loadings(inside)
+    factor = loadings.factors[STATES]
+    if factor.size == 0:
+        return "No state has loadings."
+    peaks = []
+    for place in range(min(3, factor.shape[1])):
+        row = int(np.abs(factor[:, place]).argmax())
+        at = where(int(loadings.states[row]), inside.layout)
+        peaks.append(f"column {place + 1} is largest in {at}, {number(factor[row, place])}")
+    kind = "Small maps" if inside.layout is not None else "Rows of colours"
+    return f"{kind} of {counted(factor.shape[1], 'column')} of the state factor: {'; '.join(peaks)}."
+
+
+STATE_LOADINGS = View(
+    "state-loadings",
+    "State loadings",
+    lambda inside: inside.loadings is not None and inside.loadings.factors[STATES].size > 0,
+    draw_states,
+    _caption,
+    _alt,
+)

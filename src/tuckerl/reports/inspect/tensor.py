@@ -1,0 +1,98 @@
+"""A user's own tensor of Q-tables as something to look into."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tuckerl.errors import ProblemError, TensorError
+from tuckerl.generalization.step import empty_history
+from tuckerl.problems.mdp import Layout, check_layout
+from tuckerl.reports.inspect.content import Inspection, Loadings
+from tuckerl.tensor import tucker
+from tuckerl.types import BoolArray, FloatArray, Ranks
+
+
+def inspect_tensor(
+    X: ArrayLike,
+    ranks: Ranks,
+    layout: Layout | None = None,
+    *,
+    title: str | None = None,
+    action_names: Sequence[str] | None = None,
+    blocked: BoolArray | None = None,
+) -> Inspection:
+    """Decompose a tensor of Q-tables and return what there is to see.
+
+    The tables shown are those of the last episode.
+
+    Parameters
+    ----------
+    X : (S, A, E, N) array_like
+        Tables of S states, A actions, E episodes and N agents.
+    ranks : four ints
+        As for :func:`tuckerl.tucker`.
+    layout : (rows, columns), optional
+        Where the states are the cells of a grid, row by row.
+    title : str, optional
+        What the page says that this is.
+    action_names : A strings, optional
+        By default "0", "1", ...
+    blocked : (S,) bool, optional
+        The cells where nobody can stand.
+
+    Returns
+    -------
+    Inspection
+        Without learning curve and windows. States whose rows are zero throughout have no loadings.
+
+    Raises
+    ------
+    TensorError, ParameterError, ParameterTypeError
+        If `X` or `ranks` cannot be decomposed, or `X` has not four axes.
+    ProblemError
+        If `layout`, `action_names` or `blocked` do not fit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> inside = inspect_tensor(np.ones((6, 2, 5, 1)), (1, 1, 1, 1), layout=(2, 3))
+    >>> inside.q.shape, inside.loadings.states.size, round(inside.loadings.fit, 6)
+    ((1, 6, 2), 6, 1.0)
+    """
+    tensor = np.asarray(X)
+    if tensor.ndim != 4:
+        raise TensorError(
+            f"a tensor of Q-tables must have the axes (state, action, episode, agent); got shape {tensor.shape}: "
+            "add what is missing as an axis of length 1, such as X[:, :, None, None]"
+        )
+    n_states, n_actions, n_episodes, n_agents = tensor.shape
+    check_layout(layout, n_states)
+    names = [str(action) for action in range(n_actions)] if action_names is None else list(action_names)
+    if len(names) != n_actions:
+        raise ProblemError(f"action_names must be {n_actions} names, one for each action; got {len(names)}")
+    if blocked is not None and np.shape(blocked) != (n_states,):
+        raise ProblemError(f"blocked must hold {n_states} booleans, one for each state; got {np.shape(blocked)}")
+    return Inspection(
+        title=title or f"Q-tables of {n_states} states, {n_actions} actions, {n_episodes} episodes, {n_agents} agents",
+        q=np.ascontiguousarray(np.moveaxis(tensor[:, :, -1, :], 2, 0), dtype=np.float64),
+        layout=layout,
+        blocked=None if blocked is None else np.asarray(blocked, dtype=np.bool_),
+        action_names=names,
+        history=empty_history(n_actions),
+        loadings=_loadings(tensor, ranks),
+        steps=np.zeros((0, n_agents), dtype=np.int64),
+        returns=np.zeros((0, n_agents)),
+    )
+
+
+def _loadings(tensor: FloatArray, ranks: Ranks) -> Loadings | None:
+    """Return the decomposition of the rows that are not zero throughout; None if there is none."""
+    # The whole tensor first where it is empty or not of numbers, for tucker to say what is wrong with it.
+    used = np.flatnonzero(tensor.any(axis=(1, 2, 3))) if tensor.size and tensor.dtype.kind in "iuf" else slice(None)
+    rows = tensor[used]
+    if rows.size == 0 and tensor.size:
+        return None
+    decomposition = tucker(rows, ranks)
+    states = np.arange(len(tensor), dtype=np.int64)[used]
+    return Loadings(states, decomposition.factors, decomposition.core, decomposition.fit)

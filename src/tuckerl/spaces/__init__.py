@@ -1,0 +1,1 @@
+"""Encoders: numbers for the members of Gymnasium's spaces."""

@@ -1,0 +1,100 @@
+"""What every learner must keep to: checks for those who write one."""
+
+import inspect
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+from tuckerl.adapters.resolve import Environment
+from tuckerl.checks import check_flag
+from tuckerl.errors import LearnerCheckError, ParameterTypeError
+from tuckerl.testing import learning, repeating
+from tuckerl.testing.subject import Subject
+from tuckerl.training.learner import Learner
+from tuckerl.training.parameters import LearnerParameters
+
+
+def check_learner(
+    learner_class: type[Learner],
+    *,
+    env: Environment | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    bootstraps: bool = True,
+) -> None:
+    """Look for the usual mistakes in a learner of your own; say what the first one breaks and what usually causes it.
+
+    On small problems (a corridor, a slippery floor, one with forbidden actions, a simulator, an environment that Python
+    steps), for one agent and three, with and without a tensor step: it learns; tables stay finite or learning stops; no
+    forbidden action is taken or believed in; terminal steps are not bootstrapped, and truncated ones are; every row
+    that changes is marked; the same seed gives the same bits; learning in two parts, with or without a file between
+    them, equals learning at once; agents do not depend on how many there are; predictions are greedy.
+
+    Parameters
+    ----------
+    learner_class : subclass of Learner
+    env
+        A problem to be repeated on beside those, for example a PettingZoo environment whose agents learn side by side;
+        there are to be several of it, so it is best given by id or as a callable.
+    parameters : mapping, optional
+        Keywords for the constructor, beside `alpha`, `gamma`, `epsilon`, `initial_q`, `n_agents`, `tensor_step` and
+        `seed`, which the checks choose.
+    bootstraps : bool
+        False for methods that never bootstrap, such as Monte Carlo's: a step that was cut off is not looked at then.
+
+    Raises
+    ------
+    LearnerCheckError
+        If the learner breaks one of these promises.
+    ParameterTypeError
+        If `learner_class` is no learner, or a parameter is one that the checks choose.
+
+    Examples
+    --------
+    >>> import tuckerl
+    >>> from tuckerl.testing import check_learner
+    >>> check_learner(tuckerl.QLearning)
+    """
+    given: object = learner_class
+    if not (inspect.isclass(given) and issubclass(given, Learner)):
+        raise ParameterTypeError(
+            f"learner_class must be a subclass of tuckerl.training.learner.Learner; got {learner_class!r}"
+        )
+    own = dict(parameters or {})
+    chosen = {"alpha", "gamma", "epsilon", "initial_q", "n_agents", "tensor_step", "seed"} & set(own)
+    if chosen:
+        raise ParameterTypeError(f"parameters must leave {', '.join(sorted(chosen))} to the checks")
+    subject = Subject(learner_class, own)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of ranks and of divergence, which are meant
+        _check_parameters(subject)
+        learning.check_corridor(subject)
+        learning.check_changes(subject)
+        learning.check_targets(subject, bootstraps=check_flag("bootstraps", bootstraps))
+        learning.check_masks(subject)
+        learning.check_divergence(subject)
+        learning.check_predictions(subject)
+        repeating.check_repeats(subject, env)
+
+
+def _check_parameters(subject: Subject) -> None:
+    """Check that parameters reach the learner, and that unknown ones do not go unnoticed."""
+    learner = subject.on_corridor(alpha=0.25, gamma=0.75, epsilon=0.5)
+    for name, value in (("alpha", 0.25), ("gamma", 0.75), ("epsilon", 0.5)):
+        if getattr(learner, name) != value:
+            raise LearnerCheckError(
+                f"{subject.name}({name}={value}) has {name}={getattr(learner, name)}: pass all keywords on, "
+                "super().__init__(env, **parameters)"
+            )
+    try:
+        subject.on_corridor(alhpa=0.25)
+    except (TypeError, ValueError) as error:
+        if "alhpa" in str(error):
+            return
+        raise LearnerCheckError(
+            f"{subject.name}(alhpa=0.25) must name the unknown parameter; it raised {error!r}: pass all keywords on, "
+            "super().__init__(env, **parameters)"
+        ) from error
+    raise LearnerCheckError(
+        f"{subject.name}(alhpa=0.25) must be refused, as there is no such parameter; nothing was raised: pass all "
+        f"keywords but your own on; known are {', '.join(LearnerParameters.__annotations__)}"
+    )

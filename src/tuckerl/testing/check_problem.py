@@ -1,0 +1,93 @@
+"""What every problem must keep to, whatever its kind."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import gymnasium
+import pettingzoo
+
+from tuckerl.adapters.making import make_environment
+from tuckerl.adapters.resolve import Environment
+from tuckerl.checks import check_int
+from tuckerl.errors import ParameterTypeError, ProblemCheckError, ProblemError
+from tuckerl.problems.maze import Maze
+from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.simulator import Simulator
+from tuckerl.testing.arrays import check_arrays
+from tuckerl.testing.environments import check_environment
+from tuckerl.testing.parallel import check_parallel
+from tuckerl.testing.simulators import check_simulator
+
+
+def check_problem(problem: Environment, *, episodes: int = 20, seed: int = 0) -> None:
+    """Look for the usual mistakes in a problem, and say how to mend the first that is found.
+
+    * Arrays and mazes: every episode can end or has a time limit, and there is no trap that should have been an end.
+    * Simulators: the functions are called in plain Python and as compiled code, and must agree; they depend on nothing
+      but what they are given, write to nothing but the state, and return what they should.
+    * Gymnasium and PettingZoo environments: the libraries' own tests; what is observed lies in the spaces, which stay
+      as they are; seeds decide what happens, and two environments side by side do not touch each other; masks allow
+      something; transitions that an environment carries are those that its own steps make.
+
+    Random play cannot show all that may be wrong: a problem that passes may have mistakes still.
+
+    Parameters
+    ----------
+    problem
+        As learners take it, but for what a Box is cut into: a :class:`~tuckerl.TabularMDP`, :class:`~tuckerl.Maze` or
+        :class:`~tuckerl.Simulator`, or an environment by id, instance or a callable that makes one.
+    episodes : int
+        How many are played at random; fewer where they take more than 20,000 steps.
+    seed : int
+        Decides what is played.
+
+    Raises
+    ------
+    ProblemCheckError
+        If there is a mistake: it names what was expected, what came, and what to do.
+    ParameterError, ParameterTypeError, UnknownNameError
+        If `problem` is none, or a parameter is impossible.
+
+    Examples
+    --------
+    >>> import tuckerl
+    >>> from tuckerl.testing import check_problem
+    >>> check_problem(tuckerl.cart_pole())
+    >>> check_problem("tuckerl/DynaMaze-v0", episodes=2)
+    """
+    n_episodes, number = check_int("episodes", episodes, 1), check_int("seed", seed, 0)
+    if isinstance(problem, Maze):
+        check_arrays(problem.to_mdp(), repr(problem))
+    elif isinstance(problem, TabularMDP):
+        check_arrays(problem, repr(problem))
+    elif isinstance(problem, Simulator):
+        check_simulator(problem, n_episodes, number)
+    else:
+        env, make = _made(problem)
+        check = check_parallel if isinstance(env, pettingzoo.ParallelEnv) else check_environment
+        try:
+            check(env, make, n_episodes, number)
+        except ProblemError as error:  # spaces that have no numbers, a first observation that is in none, ...
+            raise ProblemCheckError(str(error)) from error
+        finally:
+            if make is not None:
+                env.close()
+
+
+def _made(problem: Any) -> tuple[Any, Callable[[], Any] | None]:
+    """Return an environment and, where it was not given as an instance, what makes more of them."""
+    make: Callable[[], Any] | None = None
+    env = problem
+    if isinstance(problem, str):
+        make = partial(make_environment, problem)
+    elif callable(problem) and not isinstance(problem, (gymnasium.Env, pettingzoo.ParallelEnv)):
+        make = problem
+    if make is not None:
+        env = make()
+    if not isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
+        raise ParameterTypeError(
+            f"problem must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable "
+            f"that makes one, a TabularMDP, a Simulator or a Maze; got {env!r}"
+        )
+    return env, make

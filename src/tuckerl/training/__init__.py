@@ -1,0 +1,1 @@
+"""The training loop and what surrounds it: policies, schedules, history, callbacks, evaluation, persistence."""

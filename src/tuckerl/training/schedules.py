@@ -1,0 +1,147 @@
+"""Learning step_sizes and exploration that change from episode to episode: pure functions of the episode's number."""
+
+import dataclasses
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tuckerl.checks import check_int, check_name, check_real
+from tuckerl.errors import ParameterError, ParameterTypeError
+from tuckerl.types import FloatArray
+
+
+class Schedule(ABC):
+    """A number in [0, 1] for every episode."""
+
+    @abstractmethod
+    def values(self, n_episodes: int) -> FloatArray:
+        """Return the numbers of the episodes 0 to `n_episodes` - 1, (n_episodes,) float64."""
+
+
+class ScheduleValues(NamedTuple):
+    """What changes from episode to episode, for the first E of them."""
+
+    alpha: FloatArray  # (E,)
+    epsilon: FloatArray  # (E,)
+
+
+@dataclass(frozen=True)
+class Exponential(Schedule):
+    """`start`, multiplied by `decay` after each episode, never below `minimum`.
+
+    Examples
+    --------
+    >>> Exponential(0.5, 0.5, minimum=0.2).values(3)
+    array([0.5 , 0.25, 0.2 ])
+    """
+
+    start: float
+    decay: float = 1.0
+    minimum: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check_numbers(self)
+
+    def values(self, n_episodes: int) -> FloatArray:
+        """Return the running product, rounded after each factor."""
+        factors = np.full(n_episodes, self.decay)
+        factors[:1] = self.start
+        return np.maximum(np.multiply.accumulate(factors), self.minimum)
+
+
+@dataclass(frozen=True)
+class Linear(Schedule):
+    """From `start` in a straight line to `stop`, which is reached after `episodes` episodes and kept.
+
+    Examples
+    --------
+    >>> Linear(1.0, 0.0, episodes=4).values(6)
+    array([1.  , 0.75, 0.5 , 0.25, 0.  , 0.  ])
+    """
+
+    start: float
+    stop: float
+    episodes: int
+
+    def __post_init__(self) -> None:
+        _check_numbers(self)
+
+    def values(self, n_episodes: int) -> FloatArray:
+        """Return the numbers of the first episodes."""
+        part = np.minimum(np.arange(n_episodes) / self.episodes, 1.0)
+        return self.start * (1.0 - part) + self.stop * part
+
+
+@dataclass(frozen=True)
+class Harmonic(Schedule):
+    """``start / (1 + episode / half_after)``: half of `start` after `half_after` episodes.
+
+    Its sum is infinite and that of its squares is not, as Q-learning's convergence asks of a learning rate (Watkins and
+    Dayan 1992).
+
+    Examples
+    --------
+    >>> Harmonic(1.0, half_after=1).values(4)
+    array([1.        , 0.5       , 0.33333333, 0.25      ])
+    """
+
+    start: float
+    half_after: float
+
+    def __post_init__(self) -> None:
+        _check_numbers(self)
+
+    def values(self, n_episodes: int) -> FloatArray:
+        """Return the numbers of the first episodes."""
+        values: FloatArray = self.start / (1.0 + np.arange(n_episodes) / self.half_after)
+        return values
+
+
+SCHEDULES = {kind.__name__: kind for kind in (Exponential, Linear, Harmonic)}
+
+
+def _check_numbers(schedule: Any) -> None:
+    for field in dataclasses.fields(schedule):
+        value = getattr(schedule, field.name)
+        if field.name == "episodes":
+            checked: float = check_int(field.name, value, 1)
+        elif field.name == "half_after":
+            checked = check_real(field.name, value, 0.0, low_open=True)
+        else:
+            checked = check_real(field.name, value, 0.0, 1.0)
+        object.__setattr__(schedule, field.name, checked)
+
+
+def as_schedule(name: str, value: object, decay: float = 1.0, *, positive: bool = False) -> Schedule:
+    """Return a number, which may decay, or a schedule as a schedule.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError
+        If it is neither a number in [0, 1] nor one of these schedules, or a schedule is to decay on top.
+    """
+    if not isinstance(value, Schedule):
+        return Exponential(check_real(name, value, 0.0, 1.0, low_open=positive), decay)
+    if type(value) not in SCHEDULES.values():  # no file could hold it
+        known = ", ".join(f"tuckerl.{kind}" for kind in SCHEDULES)
+        raise ParameterTypeError(f"{name} must be a number or one of the schedules {known}; got {value!r}")
+    if decay != 1.0:
+        raise ParameterError(f"{name} is a schedule already: leave {name}_decay at 1; got {decay}")
+    return value
+
+
+def as_json(value: Any) -> Any:
+    """Return a parameter as JSON, a schedule by its name and numbers."""
+    if isinstance(value, Schedule):
+        return {"schedule": type(value).__name__} | dataclasses.asdict(value)  # type: ignore[call-overload]  # each is
+    return value
+
+
+def from_json(value: Any) -> Any:
+    """Return what `as_json` took apart."""
+    if not isinstance(value, dict):
+        return value
+    parts = dict(value)
+    return SCHEDULES[check_name("schedule", parts.pop("schedule"), SCHEDULES)](**parts)
