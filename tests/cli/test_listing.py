@@ -3,7 +3,7 @@ from rich.console import Console
 
 from tuckerl.cli import listing, main
 from tuckerl.environments import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
-from tuckerl.generalization.sharing import SHARING
+from tuckerl.generalization.sharing import SHARING_RULES
 from tuckerl.generalization.weights import WEIGHTINGS
 from tuckerl.studies.algorithms import ALGORITHMS
 
@@ -16,7 +16,8 @@ def listed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 
 
 @pytest.mark.parametrize(
-    ("kind", "names"), [("algorithms", list(ALGORITHMS)), ("weights", list(WEIGHTINGS)), ("shares", list(SHARING))]
+    ("kind", "names"),
+    [("algorithms", list(ALGORITHMS)), ("weights", list(WEIGHTINGS)), ("shares", list(SHARING_RULES))],
 )
 def test_plain_lines_begin_with_the_name(kind: str, names: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     lines = [line.split("\t") for line in listed([kind], capsys).splitlines()]

@@ -8,7 +8,7 @@ import pytest
 from tests.learners.worlds import random_mdp
 from tuckerl import QLearning, TensorStep
 from tuckerl.errors import ParameterError
-from tuckerl.generalization.sharing import SHARING, ShareContext, custom_sharing, share_tables
+from tuckerl.generalization.sharing import SHARING_RULES, ShareContext, custom_sharing, share_tables
 from tuckerl.types import FloatArray
 
 PROBLEM = random_mdp(71, n_states=8, n_actions=3)
@@ -35,25 +35,25 @@ def context(norms: list[float], returns: list[list[float]] | None = None, seed: 
     ],
 )
 def test_rules_on_norms(rule: str, norms: list[float], mixture: list[float]) -> None:
-    mixed = SHARING[rule].mix(context(norms))
+    mixed = SHARING_RULES[rule].mix(context(norms))
     assert mixed is not None
     np.testing.assert_allclose(mixed, mixture, rtol=1e-15)
 
 
 def test_best_looks_at_returns_and_takes_the_lowest_of_equals() -> None:
-    mixed = SHARING["best"].mix(context([1, 1, 1], [[-5, -1, -9], [-5, -8, 0]]))
+    mixed = SHARING_RULES["best"].mix(context([1, 1, 1], [[-5, -1, -9], [-5, -8, 0]]))
     np.testing.assert_array_equal(mixed, [0, 1, 0])
 
 
 def test_random_takes_everyone() -> None:
-    mixtures = [SHARING["random"].mix(context([1, 1, 1], seed=seed)) for seed in range(60)]
+    mixtures = [SHARING_RULES["random"].mix(context([1, 1, 1], seed=seed)) for seed in range(60)]
     counts = np.sum(mixtures, axis=0)  # type: ignore[arg-type]
     assert counts.sum() == 60
     assert (counts > 8).all()
 
 
 def test_none_shares_nothing() -> None:
-    assert SHARING["none"].mix(context([1, 1, 1])) is None
+    assert SHARING_RULES["none"].mix(context([1, 1, 1])) is None
 
 
 def test_tables_are_copied_or_mixed_in_place() -> None:

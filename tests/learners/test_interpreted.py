@@ -12,7 +12,7 @@ import sys
 import numpy as np
 from tests.learners.stepped_worlds import TableEnv
 from tests.learners.test_masks import masked_mdp
-from tests.problems.parallel_worlds import Masked
+from tests.adapters.parallel_worlds import Masked
 from tuckerl import DynaH, QLearning, SarsaLambda, TeamQ, TensorStep
 
 step = TensorStep(every=3, ranks=(2, 2, 2, 1), floor=0.1)

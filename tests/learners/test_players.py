@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from tests.learners.test_resume import assert_same
-from tests.problems.parallel_worlds import Breaking, Dice, Leaving, Masked, MaskedInObservation, Meeting, Unequal, World
+from tests.adapters.parallel_worlds import Breaking, Dice, Leaving, Masked, MaskedInObservation, Meeting, Unequal, World
 from tests.reference import tensor_step
 from tests.reference.players import Game, SpaceEncoder
+from tests.training.test_resume import assert_same
 from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TensorStep
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.errors import EnvironmentFaultError, ObservationError, ParameterError, ProblemError

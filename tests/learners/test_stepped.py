@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from gymnasium.wrappers import TimeLimit, TransformReward
 
+from tests.adapters.parallel_worlds import Dice
 from tests.learners.stepped_worlds import DETERMINISTIC, SeededTableEnv, TableEnv, cliff, dry_lake
 from tests.learners.test_masks import masked_mdp
-from tests.learners.test_resume import assert_same
 from tests.learners.worlds import random_mdp
-from tests.problems.parallel_worlds import Dice
+from tests.training.test_resume import assert_same
 from tuckerl import DynaH, JointEnv, QLearning, Sarsa, SarsaLambda, TabularMDP, TeamQ, TensorStep
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.environments.dyna_maze import DynaMazeEnv

@@ -17,8 +17,8 @@ from tuckerl.testing import check_learner
     ("fault", "message"),
     [
         (faults.ASCENDS, r"must learn to go right .* look at the sign"),
-        (faults.UNMARKED, r"changed row \d in episode 0 and did not mark it: call mark"),
-        (faults.MARKED_LATE, r"changed row \d in episode \d and did not mark it: call mark"),
+        (faults.UNMARKED, r"changed row \d in episode 0 and did not record it: call record_change"),
+        (faults.MARKED_LATE, r"changed row \d in episode \d and did not record it: call record_change"),
         (faults.BOOTSTRAPS_ENDS, r"ends the episode .* worth 0.5 .* Wrong has 6.8: discount, which is 0"),
         (faults.DROPS_TRUNCATED, r"is cut off .* worth 6.8 .* Wrong has 0.5: .* use discount, not ended"),
         (faults.TAKES_ANY, r"took action 2 in state \d, where it is forbidden: choose by epsilon_greedy"),

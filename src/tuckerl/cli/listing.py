@@ -57,31 +57,16 @@ def _environments() -> tuple[tuple[str, ...], Rows]:
 def _weights() -> tuple[tuple[str, ...], Rows]:
     from tuckerl.generalization.weights import WEIGHTINGS
 
-    told = [(name, _WEIGHTS.get(name, "")) for name in WEIGHTINGS]
+    told = [(name, weighting.description) for name, weighting in WEIGHTINGS.items()]
     return ("Name", "The learning rate of an action is multiplied by"), list(told)
 
 
 def _shares() -> tuple[tuple[str, ...], Rows]:
-    from tuckerl.generalization.sharing import SHARING
+    from tuckerl.generalization.sharing import SHARING_RULES
 
-    return ("Name", "After a window, all agents go on with"), [(name, _SHARES.get(name, "")) for name in SHARING]
+    return ("Name", "After a window, all agents go on with"), [
+        (name, rule.description) for name, rule in SHARING_RULES.items()
+    ]
 
 
 _SHOWN = {"algorithms": _algorithms, "environments": _environments, "weights": _weights, "shares": _shares}
-
-_WEIGHTS = {
-    "paper": "the norm of its row in the action factor, over the whole factor's",
-    "relative": "that norm over the largest of them",
-    "constant": "1/√|A|, whatever the action: the control for a smaller learning rate",
-    "permuted": "the paper's weights, dealt to random actions: the control for which action gets which",
-    "none": "1",
-}
-_SHARES = {
-    "max": "the table of the agent whose row in the agent factor has the largest norm",
-    "min": "the table of the agent whose row has the smallest norm",
-    "best": "the table of the agent with the highest mean return in the window",
-    "random": "the table of a random agent",
-    "mean": "the mean of all tables",
-    "consensus": "the mean of all tables weighted by those norms",
-    "none": "each its own table",
-}

@@ -1,7 +1,7 @@
 """Whose table all agents go on with after a window.
 
 A rule returns the mixture of tables that every agent continues from: (N,) numbers that sum to 1, a single 1 for a plain
-copy, or None to leave every agent its own. To add a rule, write the function and list it in `SHARING`.
+copy, or None to leave every agent its own. To add a rule, write the function and list it in `SHARING_RULES`.
 """
 
 from collections.abc import Callable
@@ -27,11 +27,12 @@ ShareFunction = Callable[[ShareContext], ArrayLike | None]
 """What a user may pass as `share`: context in; an agent's index, (N,) mixture weights, or None out."""
 
 
-class Sharing(NamedTuple):
-    """A rule, and whether it reads `agent_norms`."""
+class SharingRule(NamedTuple):
+    """A sharing rule, and whether it reads `agent_norms`."""
 
     mix: Callable[[ShareContext], FloatArray | None]
     needs_decomposition: bool
+    description: str  # what all agents go on with
 
 
 _TIE = 1e-12  # norms this close differ by rounding only, which must not decide
@@ -78,14 +79,14 @@ def _none(context: ShareContext) -> None:
     return None
 
 
-SHARING = {
-    "max": Sharing(_max, needs_decomposition=True),
-    "min": Sharing(_min, needs_decomposition=True),
-    "best": Sharing(_best, needs_decomposition=False),
-    "random": Sharing(_random, needs_decomposition=False),
-    "mean": Sharing(_mean, needs_decomposition=False),
-    "consensus": Sharing(_consensus, needs_decomposition=True),
-    "none": Sharing(_none, needs_decomposition=False),
+SHARING_RULES = {
+    "max": SharingRule(_max, True, "the table of the agent whose row in the agent factor has the largest norm"),
+    "min": SharingRule(_min, True, "the table of the agent whose row has the smallest norm"),
+    "best": SharingRule(_best, False, "the table of the agent with the highest mean return in the window"),
+    "random": SharingRule(_random, False, "the table of a random agent"),
+    "mean": SharingRule(_mean, False, "the mean of all tables"),
+    "consensus": SharingRule(_consensus, True, "the mean of all tables weighted by those norms"),
+    "none": SharingRule(_none, False, "each its own table"),
 }
 
 
@@ -102,7 +103,7 @@ def share_tables(q: FloatArray, mixture: FloatArray, states: IntArray | None) ->
             q[:, rows] = np.tensordot(mixture, q[:, rows], axes=1)
 
 
-def custom_sharing(function: ShareFunction) -> Sharing:
+def custom_sharing(function: ShareFunction) -> SharingRule:
     """Return a user's function as a rule whose result is checked."""
 
     def mix(context: ShareContext) -> FloatArray | None:
@@ -121,4 +122,4 @@ def custom_sharing(function: ShareFunction) -> Sharing:
             f"that sum to 1, or None; got {answer!r}"
         )
 
-    return Sharing(mix, needs_decomposition=True)
+    return SharingRule(mix, True, "a function of the user's own")

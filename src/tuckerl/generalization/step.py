@@ -18,7 +18,7 @@ from threadpoolctl import ThreadpoolController
 from tuckerl.checks import check_int, check_name, check_real
 from tuckerl.errors import ParameterError, ParameterTypeError, RankWarning, ZeroWeightWarning
 from tuckerl.generalization.change_log import ChangeLog
-from tuckerl.generalization.sharing import SHARING, ShareContext, ShareFunction, Sharing, custom_sharing
+from tuckerl.generalization.sharing import SHARING_RULES, ShareContext, ShareFunction, SharingRule, custom_sharing
 from tuckerl.generalization.snapshots import Snapshots
 from tuckerl.generalization.weights import WEIGHTINGS, WeightFunction, Weighting, custom_weighting
 from tuckerl.rng import child
@@ -77,7 +77,7 @@ class TensorStep:
         if not callable(self.weights):
             check_name("weights", self.weights, WEIGHTINGS)
         if not callable(self.share):
-            check_name("share", self.share, SHARING)
+            check_name("share", self.share, SHARING_RULES)
         object.__setattr__(self, "floor", check_real("floor", self.floor, 0.0, 1.0))
         object.__setattr__(self, "tol", check_real("tol", self.tol, 0.0))
         object.__setattr__(self, "max_iterations", check_int("max_iterations", self.max_iterations, 0))
@@ -88,9 +88,9 @@ class TensorStep:
         return WEIGHTINGS[self.weights] if isinstance(self.weights, str) else custom_weighting(self.weights)
 
     @property
-    def sharing(self) -> Sharing:
+    def sharing(self) -> SharingRule:
         """The rule that `share` names."""
-        return SHARING[self.share] if isinstance(self.share, str) else custom_sharing(self.share)
+        return SHARING_RULES[self.share] if isinstance(self.share, str) else custom_sharing(self.share)
 
     @property
     def needs_decomposition(self) -> bool:

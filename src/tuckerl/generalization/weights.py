@@ -24,6 +24,7 @@ class Weighting(NamedTuple):
 
     weigh: Callable[[TuckerDecomposition | None, int, np.random.Generator], FloatArray]
     needs_decomposition: bool
+    description: str  # what an action's learning rate is multiplied by
 
 
 def action_weights(action_factor: ArrayLike) -> FloatArray:
@@ -98,11 +99,13 @@ def _none(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.ran
 
 
 WEIGHTINGS = {
-    "paper": Weighting(_paper, needs_decomposition=True),
-    "relative": Weighting(_relative, needs_decomposition=True),
-    "constant": Weighting(_constant, needs_decomposition=False),
-    "permuted": Weighting(_permuted, needs_decomposition=True),
-    "none": Weighting(_none, needs_decomposition=False),
+    "paper": Weighting(_paper, True, "the norm of its row in the action factor, over the whole factor's"),
+    "relative": Weighting(_relative, True, "that norm over the largest of them"),
+    "constant": Weighting(_constant, False, "1/√|A|, whatever the action: the control for a smaller learning rate"),
+    "permuted": Weighting(
+        _permuted, True, "the paper's weights, dealt to random actions: the control for which action gets which"
+    ),
+    "none": Weighting(_none, False, "1"),
 }
 
 
@@ -119,4 +122,4 @@ def custom_weighting(function: WeightFunction) -> Weighting:
             )
         return weights
 
-    return Weighting(weigh, needs_decomposition=True)
+    return Weighting(weigh, True, "a function of the user's own")

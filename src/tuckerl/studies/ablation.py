@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from tuckerl.generalization.sharing import SHARING
+from tuckerl.generalization.sharing import SHARING_RULES
 from tuckerl.studies.statistics import MEASURES, Difference, compare
 from tuckerl.studies.study import Scenario, Study, Variant, variant
 
@@ -56,7 +56,7 @@ def _ways(scenario: Scenario) -> list[tuple[str, Variant]]:
     """Return each step's label and variant, the base first."""
     family = scenario.family
     t = family.t_version
-    shares = [share for share in SHARING if share != "none"]
+    shares = [share for share in SHARING_RULES if share != "none"]
     named = [
         ("the base", family.base),
         ("+ constant rate", "constant-1"),

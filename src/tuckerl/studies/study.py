@@ -15,7 +15,7 @@ import numpy as np
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
 from tuckerl.errors import UnknownNameError
-from tuckerl.generalization.sharing import SHARING
+from tuckerl.generalization.sharing import SHARING_RULES
 from tuckerl.generalization.step import TensorStep
 from tuckerl.generalization.weights import WEIGHTINGS
 from tuckerl.training.learner import Learner
@@ -73,10 +73,10 @@ def variant(family: AlgorithmConfig, name: str) -> Variant:
         return Variant(name, family.learner, family.parameters, 1, None)
     match = re.fullmatch(r"(?P<kind>.+?)-(?P<n>[1-9]\d*)(?:-(?P<share>[a-z]+))?", name)
     kind = match["kind"] if match else ""
-    if match is None or kind not in (family.t_version, *WEIGHTINGS) or match["share"] not in (None, *SHARING):
+    if match is None or kind not in (family.t_version, *WEIGHTINGS) or match["share"] not in (None, *SHARING_RULES):
         raise UnknownNameError(
             f"unknown variant {name!r}: expected {family.base}, {family.t_version}-<agents>[-<share>] or "
-            f"<weights>-<agents>[-<share>] with weights {', '.join(WEIGHTINGS)} and share {', '.join(SHARING)}"
+            f"<weights>-<agents>[-<share>] with weights {', '.join(WEIGHTINGS)} and share {', '.join(SHARING_RULES)}"
         )
     if kind == family.t_version:
         step = replace(family.step, share=match["share"] or family.step.share)

@@ -314,7 +314,10 @@ GOOD = (1.0, 0, 0.0, False)
 @pytest.mark.parametrize(
     ("P", "message"),
     [
-        ({0: SWAP[0]}, r"\(s, a\) = \(1, 0\) in P of Told must be a list; got nothing: mend it, or learn with lift=F"),
+        (
+            {0: SWAP[0]},
+            r"\(s, a\) = \(1, 0\) in P of Told must be a list; got nothing: mend it, or learn with",
+        ),
         ({**SWAP, 1: {0: [GOOD]}}, r"\(s, a\) = \(1, 1\) in P of Told must be a list; got nothing"),
         ([[[GOOD], [GOOD]], [[GOOD]]], r"\(s, a\) = \(1, 1\) .* got nothing"),
         (3, r"\(s, a\) = \(0, 0\) .* got nothing"),

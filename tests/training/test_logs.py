@@ -10,8 +10,8 @@ from typing import Any
 import polars as pl
 import pytest
 
-from tests.learners.counting import countings
 from tests.learners.worlds import random_mdp
+from tests.training.counting import countings
 from tuckerl import Callback, Checkpoint, CsvLog, Harmonic, JsonLinesLog, Linear, QLearning, TensorBoard, TensorStep
 from tuckerl.errors import MissingExtraError, OutputError, ParameterError
 from tuckerl.training.learner import Learner

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from gymnasium.spaces import Box, Dict, Discrete, MultiBinary, MultiDiscrete, Tuple
 
-from tests.problems.parallel_worlds import Masked
+from tests.adapters.parallel_worlds import Masked
 from tuckerl.adapters.joint import JointEnv
 from tuckerl.adapters.masks import MaskReader, observation_part
 from tuckerl.errors import ObservationError, SpaceError

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tests.learners.counting import countings
-from tests.learners.test_resume import LEARNERS, assert_same, make
+from tests.adapters.parallel_worlds import Leaving
 from tests.learners.worlds import corridor, drift, random_mdp
-from tests.problems.parallel_worlds import Leaving
+from tests.training.counting import countings
+from tests.training.test_resume import LEARNERS, assert_same, make
 from tuckerl import QLearning, TabularMDP, TensorStep
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, StepCapWarning
 from tuckerl.training.evaluation import Evaluation, mean_interval

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gymnasium.wrappers import TransformReward
 
-from tests.problems.parallel_worlds import Dice, Leaving
+from tests.adapters.parallel_worlds import Dice, Leaving
 from tuckerl.adapters.joint import JointEnv
 from tuckerl.adapters.seeding import EpisodeSeeds, generator_of
 from tuckerl.errors import SavedFileError

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from gymnasium import spaces
 
-from tests.problems.parallel_worlds import Leaving, Masked, Meeting, Unequal, altered
+from tests.adapters.parallel_worlds import Leaving, Masked, Meeting, Unequal, altered
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem, PettingZooWorld, step_together
 from tuckerl.adapters.python_world import TERMINATED, TRUNCATED
 from tuckerl.errors import EnvironmentFaultError, ProblemError, SpaceError

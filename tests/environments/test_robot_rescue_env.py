@@ -23,7 +23,7 @@ from pettingzoo.test import (
 from pettingzoo.test.state_test import state_test
 from pettingzoo.utils import parallel_to_aec
 
-from tests.problems.test_robot_rescue import DELIVERY, DOWN, LEFT, RIGHT, STAY, UP
+from tests.environments.test_robot_rescue import DELIVERY, DOWN, LEFT, RIGHT, STAY, UP
 from tuckerl.environments import PARALLEL_ENVIRONMENTS, register_environments
 from tuckerl.environments.raster import FREE, GRID, WALL
 from tuckerl.environments.robot_rescue import robot_rescue

@@ -7,10 +7,10 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tests.learners.counting import countings
-from tests.learners.test_resume import LEARNERS, assert_same, make
+from tests.adapters.parallel_worlds import Leaving
 from tests.learners.worlds import random_mdp
-from tests.problems.parallel_worlds import Leaving
+from tests.training.counting import countings
+from tests.training.test_resume import LEARNERS, assert_same, make
 from tuckerl import QLearning, TensorStep
 from tuckerl.errors import ParameterError, ParameterTypeError
 from tuckerl.training.learner import Learner

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.learners.counting import countings
-from tests.learners.test_resume import LEARNERS, assert_same, make
 from tests.learners.worlds import corridor, random_mdp
+from tests.training.counting import countings
+from tests.training.test_resume import LEARNERS, assert_same, make
 from tuckerl import Callback, Checkpoint, CsvLog, Evaluate, JsonLinesLog, QLearning, StopOnReturn, TensorStep
 from tuckerl.errors import DivergenceWarning, EnvironmentFaultError, ParameterError, ParameterTypeError
 from tuckerl.generalization.sharing import ShareContext

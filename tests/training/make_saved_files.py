@@ -2,7 +2,7 @@
 
 Each learner was saved after 6 episodes (of a window of 4 where there is a tensor step); ``format2_after.npz`` holds its
 tables, steps and returns after 6 more. A new format gets a function and files of its own: ``python -m
-tests.learners.make_saved_files FOLDER`` writes those of the present one.
+tests.training.make_saved_files FOLDER`` writes those of the present one.
 """
 
 import sys
@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from tests.adapters.parallel_worlds import Dice, Leaving, Masked
 from tests.learners.stepped_worlds import SeededTableEnv, TableEnv
 from tests.learners.test_masks import masked_mdp
 from tests.learners.worlds import corridor, drift, random_mdp
-from tests.problems.parallel_worlds import Dice, Leaving, Masked
 from tuckerl import DynaH, Exponential, Harmonic, JointEnv, QLearning, Sarsa, SarsaLambda, TeamQ, TensorStep
 from tuckerl.training.learner_file import FORMAT_VERSION
 

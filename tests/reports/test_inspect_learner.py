@@ -29,7 +29,7 @@ def test_forbidden_actions_are_never_greedy() -> None:
     assert greedy(q, mask).tolist() == [2, NO_PREFERENCE, NO_PREFERENCE, 0, 2, NO_PREFERENCE]
     np.testing.assert_array_equal(values(q, mask), [2.0, np.nan, np.nan, 4.0, 2.0, np.nan])
     assert not shares_first_place(q, mask).any()
-    assert shares_first_place(np.array([[1.0, 1.0, 5.0, 0.0]]), np.array([[False, False, True, False]])).all()
+    assert shares_first_place(np.array([[1.0, 1.0, 5.0, 0.0]]), np.array([[True, True, False, True]])).all()
 
 
 def test_masks_of_a_learner_reach_the_figures() -> None:
@@ -41,8 +41,8 @@ def test_masks_of_a_learner_reach_the_figures() -> None:
     )
     inside = inspect_learner(tuckerl.QLearning(mdp, alpha=0.5, initial_q=0.1, seed=0, n_agents=2).learn(20))
     assert inside.allowed.shape == (2, 2, 3)
-    assert inside.allowed[:, 0, 1].all()
-    assert inside.allowed.sum() == 2
+    assert not inside.allowed[:, 0, 1].any()
+    assert (~inside.allowed).sum() == 2
     assert greedy(inside.q, inside.allowed)[:, 0].tolist() == [0, 0]
     (plain,) = [one for one in inspection_figures(inside) if one.name == "policy"]
     assert re.search(r"Greedy: 0 in \d", plain.alt)
@@ -55,8 +55,8 @@ def test_masks_of_stepped_taxis_are_those_that_were_seen() -> None:
     masked = inspect_learner(learner).allowed[0]
     whole = inspect_learner(tuckerl.QLearning("Taxi-v4", seed=0)).allowed[0]
     np.testing.assert_array_equal(masked[visited], whole[visited])
-    assert whole[visited].any()
-    assert masked.sum() < whole.sum()
+    assert not whole[visited].all()
+    assert masked.sum() > whole.sum()
 
 
 @pytest.mark.parametrize(

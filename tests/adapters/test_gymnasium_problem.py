@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from tests.problems.parallel_worlds import Masked, Unequal
+from tests.adapters.parallel_worlds import Masked, Unequal
 from tuckerl._jit import call_python, python_callback
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem, GymnasiumWorld
 from tuckerl.adapters.joint import JointEnv

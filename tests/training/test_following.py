@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.learners.counting import countings
-from tests.learners.test_callbacks import Diary, Interrupted
-from tests.learners.test_resume import LEARNERS, assert_same, make
 from tests.learners.worlds import corridor, random_mdp
+from tests.training.counting import countings
+from tests.training.test_callbacks import Diary, Interrupted
+from tests.training.test_resume import LEARNERS, assert_same, make
 from tuckerl import Callback, Checkpoint, Evaluate, QLearning, Sarsa, SarsaLambda, StopOnReturn, TensorStep
 from tuckerl.errors import DivergenceWarning, EnvironmentFaultError, OutputError, ParameterError, ParameterTypeError
 from tuckerl.generalization.sharing import ShareContext

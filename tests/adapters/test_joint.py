@@ -14,7 +14,7 @@ from pettingzoo.test.example_envs import generated_agents_parallel_v0
 from pettingzoo.utils import BaseParallelWrapper, parallel_to_aec
 from pettingzoo.utils.conversions import aec_to_parallel_wrapper
 
-from tests.problems.parallel_worlds import (
+from tests.adapters.parallel_worlds import (
     Breaking,
     Dice,
     Leaving,

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.learners.make_saved_files import ENVIRONMENTS, learners
 from tests.learners.worlds import drift
+from tests.training.make_saved_files import ENVIRONMENTS, learners
 from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TeamQ
 from tuckerl.errors import SavedFileError
 from tuckerl.training import learner_file as saved

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.learners.test_resume import LEARNERS, assert_same
 from tests.learners.worlds import corridor, dyna_twin, random_mdp, sarsa_lambda_twin, sarsa_twin, team_twin, twin
+from tests.training.test_resume import LEARNERS, assert_same
 from tuckerl import DynaH, Exponential, Harmonic, Linear, QLearning, Sarsa, SarsaLambda, TeamQ, TensorStep
 from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
 from tuckerl.training.schedules import Schedule, as_json, as_schedule, from_json

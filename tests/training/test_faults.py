@@ -13,10 +13,10 @@ from gymnasium import spaces
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.adapters.parallel_worlds import Leaving
 from tests.learners.stepped_worlds import SeededTableEnv, TableEnv
-from tests.learners.test_resume import assert_same
 from tests.learners.worlds import random_mdp
-from tests.problems.parallel_worlds import Leaving
+from tests.training.test_resume import assert_same
 from tuckerl import Callback, DynaH, JointEnv, QLearning, Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ, TensorStep
 from tuckerl.adapters import gymnasium_problem as stepped
 from tuckerl.adapters import pettingzoo_problem as players

@@ -13,7 +13,7 @@ from gymnasium.wrappers import TimeLimit
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
 from pettingzoo.utils import parallel_to_aec
 
-from tests.problems.parallel_worlds import Dice, Leaving, Masked, MaskedInObservation, Meeting, Unequal, altered
+from tests.adapters.parallel_worlds import Dice, Leaving, Masked, MaskedInObservation, Meeting, Unequal, altered
 from tuckerl import JointEnv, SplitEnv
 from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError, ProblemError
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
+from tests.adapters.parallel_worlds import Dice, MaskedInObservation, Unequal
 from tests.learners.stepped_worlds import TableEnv
 from tests.learners.worlds import corridor, random_mdp
-from tests.problems.parallel_worlds import Dice, MaskedInObservation, Unequal
 from tuckerl import JointEnv, Linear, QLearning, TabularMDP, TeamQ
 from tuckerl.errors import ObservationError, ParameterTypeError, ProblemError
 from tuckerl.training.evaluation import mean_interval
