@@ -37,8 +37,10 @@ if TYPE_CHECKING:
     from tuckerl.problems.simulator import Simulator
     from tuckerl.tensor import TuckerDecomposition, fold, mode_product, tucker, unfold
     from tuckerl.training.callbacks.base import Callback
-    from tuckerl.training.callbacks.following import Checkpoint, Evaluate, StopOnReturn
+    from tuckerl.training.callbacks.checkpoint import Checkpoint
+    from tuckerl.training.callbacks.evaluate import Evaluate
     from tuckerl.training.callbacks.logs import CsvLog, JsonLinesLog
+    from tuckerl.training.callbacks.stop_on_return import StopOnReturn
     from tuckerl.training.callbacks.tensorboard import TensorBoard
     from tuckerl.training.evaluation import Evaluation
     from tuckerl.training.schedules import Exponential, Harmonic, Linear
@@ -86,10 +88,10 @@ __all__ = [
 
 _HOMES = {
     "Callback": "training.callbacks.base",
-    "Checkpoint": "training.callbacks.following",
+    "Checkpoint": "training.callbacks.checkpoint",
     "CsvLog": "training.callbacks.logs",
     "DynaH": "learners.dyna_h",
-    "Evaluate": "training.callbacks.following",
+    "Evaluate": "training.callbacks.evaluate",
     "Evaluation": "training.evaluation",
     "Exponential": "training.schedules",
     "Harmonic": "training.schedules",
@@ -102,7 +104,7 @@ _HOMES = {
     "SarsaLambda": "learners.sarsa_lambda",
     "Simulator": "problems.simulator",
     "SplitEnv": "adapters.split",
-    "StopOnReturn": "training.callbacks.following",
+    "StopOnReturn": "training.callbacks.stop_on_return",
     "TabularMDP": "problems.mdp",
     "TeamQ": "learners.team_q",
     "TensorBoard": "training.callbacks.tensorboard",

@@ -141,13 +141,11 @@ def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
 
     def choose(world: Any, *others: Any) -> Callable[..., Any]:
         compiled = kernels[world.instance_class]
+        body: Callable[..., Any] = getattr(compiled, "py_func", compiled)
+        return body
 
-        def call(world: Any, *others: Any) -> Any:
-            return compiled(world, *others)
-
-        return call
-
-    overload(chosen, jit_options={"forceinline": True})(choose)
+    # The kernel's body takes the place of the call: a call between them would have to be compiled, too.
+    overload(chosen, jit_options=_OPTIONS, strict=False)(choose)
     return chosen
 
 

@@ -33,3 +33,15 @@ def write_whole(path: Path, content: bytes) -> None:
     finally:
         if temporary is not None:
             Path(temporary).unlink(missing_ok=True)
+
+
+def check_folder_of(path: Path) -> None:
+    """Refuse a path whose folder does not exist, before anything is done that could not be kept.
+
+    Raises
+    ------
+    OutputError
+        If that is so.
+    """
+    if not path.parent.is_dir():
+        raise OutputError(f"cannot write {path}: there is no folder {path.parent}; make it first")

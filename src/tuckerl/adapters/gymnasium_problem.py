@@ -75,6 +75,7 @@ class GymnasiumProblem:
         If the environment does not begin.
     """
 
+    shares_world = False
     heuristic: FloatArray | None = None
     id: str | None = None
     """The id by which it can be made again; None where an instance or a callable was given."""

@@ -82,6 +82,7 @@ class PettingZooProblem:
         If the environment does not begin.
     """
 
+    shares_world = True
     heuristic: FloatArray | None = None
     id: str | None = None
     """The id by which it can be made again; None where an instance or a callable was given."""

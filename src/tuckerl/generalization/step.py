@@ -151,7 +151,7 @@ def empty_history(n_actions: int) -> TensorStepHistory:
     return TensorStepHistory(none, np.zeros((0, n_actions)), none, np.zeros(0), np.zeros((0, 4), dtype=np.int64))
 
 
-class Outcome(NamedTuple):
+class TensorStepResult(NamedTuple):
     """What a learner has to do after a window."""
 
     weights: FloatArray  # (A,)
@@ -178,7 +178,7 @@ class TensorStepState:
 
     def close_window(
         self, episode: int, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray
-    ) -> Outcome:
+    ) -> TensorStepResult:
         """Decide what follows the window that ends after `episode` episodes.
 
         Parameters
@@ -190,22 +190,24 @@ class TensorStepState:
             The window's undiscounted returns.
         """
         begun = time.thread_time()
-        outcome = self._outcome(episode, weights, logs, returns)
+        result = self._result(episode, weights, logs, returns)
         self.seconds += time.thread_time() - begun
-        return outcome
+        return result
 
-    def _outcome(self, episode: int, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray) -> Outcome:
+    def _result(
+        self, episode: int, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray
+    ) -> TensorStepResult:
         rng = np.random.default_rng(child(self._sequence, _STREAM, episode // self.step.every))
         weigh, decomposition = self.step.weighting, None
         if self.step.needs_decomposition:
             tensor = self.snapshots.tensor(logs)
             if not np.isfinite(tensor).all():
-                return Outcome(weights, None, finite=False)
+                return TensorStepResult(weights, None, finite=False)
             if not tensor.any():  # nothing was learned yet: everything stays as it is, but for weights that do not ask
                 if not weigh.needs_decomposition:
                     weights = np.maximum(weigh.weigh(None, self._n_actions, rng), self.step.floor)
                 self._remember(episode, weights, None, None)
-                return Outcome(weights, None, finite=True)
+                return TensorStepResult(weights, None, finite=True)
             decomposition = self._decompose(tensor)
             self.loadings = _loadings(decomposition, self.snapshots.changed, episode)
             if decomposition.ranks != self.step.ranks:
@@ -224,7 +226,7 @@ class TensorStepState:
         norms = np.ones(self._n_agents) if decomposition is None else np.linalg.norm(decomposition.factors[3], axis=1)
         mixture = self.step.sharing.mix(ShareContext(norms, returns, rng))
         self._remember(episode, weights, mixture, decomposition)
-        return Outcome(weights, mixture, finite=True)
+        return TensorStepResult(weights, mixture, finite=True)
 
     def _decompose(self, tensor: FloatArray) -> TuckerDecomposition:
         # One thread: the order of additions, and with it every bit, does not depend on how many there are. Tables near
@@ -262,8 +264,8 @@ class TensorStepState:
     def _warn(self, category: type[Warning], message: str) -> None:
         if category not in self._warned:
             self._warned.add(category)
-            # The line that called learn(): five calls of the learner and of this class lie below it.
-            warnings.warn(message, category, stacklevel=7)
+            # The line that called learn(): the calls of the learner, its trainer and this class lie below it.
+            warnings.warn(message, category, stacklevel=8)
 
     def _remember(
         self,

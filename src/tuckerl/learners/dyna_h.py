@@ -16,15 +16,15 @@ from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int, check_name
 from tuckerl.errors import ProblemError
 from tuckerl.generalization.change_log import record_change
-from tuckerl.learners.q_learning import update
+from tuckerl.learners.q_learning import move_towards_target
 from tuckerl.problems.mdp import check_heuristic
 from tuckerl.rng import below
-from tuckerl.training.agent_arrays import Agent, Transition
+from tuckerl.training.agent_arrays import AgentArrays, Transition
+from tuckerl.training.algorithm import register_algorithm
+from tuckerl.training.declared_state import Declaration, DeclaredArray
+from tuckerl.training.greedy_actions import maxima, random_maximum
 from tuckerl.training.learner import Learner
-from tuckerl.training.learner_file import Arrays, of_prefix, with_prefix
-from tuckerl.training.loop import NOT_FINITE, algorithm
 from tuckerl.training.parameters import LearnerParameters
-from tuckerl.training.policies import epsilon_greedy, maxima, random_maximum
 from tuckerl.types import FloatArray, IntArray, StateArray, Stream
 
 
@@ -36,21 +36,13 @@ class SearchControl(IntEnum):
     RANDOM = 2  # at a random observed state every time
 
 
-class Planning(NamedTuple):
-    """How to plan."""
-
-    n_steps: int
-    search_control: int
-    heuristic: FloatArray  # (S,)
-
-
 # The latest outcome of a pair; the discount is 0 where the return ended. One record instead of three arrays: a planning
 # step then finds its place in memory once, which is a third of its time.
 OUTCOME = np.dtype([("reward", np.float64), ("discount", np.float64), ("next_state", np.uint32)], align=True)
 
 
-class Model(NamedTuple):
-    """What one agent remembers of the world."""
+class DynaHState(NamedTuple):
+    """What Dyna-H keeps for one agent: a model of the world, and how to plan with it."""
 
     outcome: NDArray[np.void]  # (S, A) of OUTCOME
     distance: FloatArray  # (S, A) H of the next state, -inf where nothing is modelled; unset for unobserved states
@@ -59,40 +51,39 @@ class Model(NamedTuple):
     n_farthest: StateArray  # (S,) how many modelled actions share that distance, 0: the state is unobserved
     observed: StateArray  # (S,) the observed states in order
     n_observed: IntArray  # (1,)
-
-
-def empty_model(n_states: int, n_actions: int) -> Model:
-    """Return the model of an agent that has seen nothing."""
-    shape = (n_states, n_actions)
-    return Model(
-        outcome=np.zeros(shape, dtype=OUTCOME),
-        distance=np.zeros(shape),
-        farthest=np.zeros(n_states, dtype=np.uint32),
-        n_farthest=np.zeros(n_states, dtype=np.uint32),
-        observed=np.zeros(n_states, dtype=np.uint32),
-        n_observed=np.zeros(1, dtype=np.int64),
-    )
+    n_steps: int  # planned updates after each real step
+    search_control: int
+    heuristic: FloatArray  # (S,)
 
 
 @kernel
-def remember(model: Model, heuristic: FloatArray, seen: Transition) -> None:
-    """Put a transition into the model in place of the pair's last one."""
-    state, action, next_state = seen.state, seen.action, seen.next_state
+def remember(model: DynaHState, transition: Transition) -> None:
+    """Put a transition into the model in place of the pair's last one.
+
+    Parameters
+    ----------
+    model : DynaHState
+        Its `outcome` and `distance`, (S, A), change at the transition's state and action; `farthest` and `n_farthest`,
+        (S,), at its state; `observed` (S,) and `n_observed` (1,) grow by a state that is new.
+    transition : Transition
+    """
+    state, action, next_state = transition.state, transition.action, transition.next_state
     if model.n_farthest[state] == 0:
         model.observed[model.n_observed[0]] = state
         model.n_observed[0] += 1
         for other in range(model.distance.shape[1]):
             model.distance[state, other] = -np.inf
     outcome = model.outcome[state, action]  # by name in brackets, so that it works uncompiled, too
-    outcome["reward"], outcome["discount"], outcome["next_state"] = seen.reward, seen.discount, next_state
-    if model.distance[state, action] != heuristic[next_state]:
-        model.distance[state, action] = heuristic[next_state]
+    outcome["reward"], outcome["discount"] = transition.reward, transition.discount
+    outcome["next_state"] = next_state
+    if model.distance[state, action] != model.heuristic[next_state]:
+        model.distance[state, action] = model.heuristic[next_state]
         model.farthest[state], model.n_farthest[state] = maxima(model.distance, state)
 
 
 @kernel
-def modelled_action(model: Model, state: int, rng: Stream) -> int:
-    """Draw one of the state's modelled actions."""
+def modelled_action(model: DynaHState, state: int, rng: Stream) -> int:
+    """Draw one of the state's modelled actions, those of a finite ``model.distance`` (S, A); `rng` is (4,) uint64."""
     n_modelled = 0
     for action in range(model.distance.shape[1]):
         n_modelled += model.distance[state, action] > -np.inf
@@ -105,13 +96,19 @@ def modelled_action(model: Model, state: int, rng: Stream) -> int:
 
 
 @kernel
-def plan(model: Model, planning: Planning, agent: Agent, start: int) -> float:
-    """Do the planning steps that follow a real one; return the sum of the new values (not finite if one is not)."""
+def plan(model: DynaHState, agent: AgentArrays, start: int) -> float:
+    """Do the planning steps that follow a real one, which change ``agent.q`` (S, A).
+
+    Returns
+    -------
+    float
+        The sum of the new values: not finite if one of them is not.
+    """
     state, total, rng = start, 0.0, agent.rng
-    for _ in range(planning.n_steps):
-        if planning.search_control == SearchControl.RESTART:
+    for _ in range(model.n_steps):
+        if model.search_control == SearchControl.RESTART:
             state = start
-        elif planning.search_control == SearchControl.RANDOM:
+        elif model.search_control == SearchControl.RANDOM:
             state = model.observed[below(model.n_observed[0], rng)]
         if model.n_farthest[state] > 0:
             chosen = random_maximum(model.distance, state, model.farthest[state], model.n_farthest[state], rng)
@@ -122,36 +119,22 @@ def plan(model: Model, planning: Planning, agent: Agent, start: int) -> float:
         outcome = model.outcome[state, action]
         reward, discount, next_state = outcome["reward"], outcome["discount"], outcome["next_state"]
         record_change(agent.log, state)
-        total += update(agent, state, action, reward, discount, next_state)
+        total += move_towards_target(agent, state, action, reward, discount, next_state)
         state = next_state
     return total
 
 
-class DynaMethod(NamedTuple):
-    """Dyna-H keeps a model and plans with it."""
-
-    model: Model
-    planning: Planning
-
-
 @kernel
-def first(method: DynaMethod, agent: Agent, state: int, epsilon: float) -> int:
-    """Choose an episode's first action."""
-    return epsilon_greedy(agent, state, epsilon)
+def update(algorithm: DynaHState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
+    """Learn from a step and plan: ``agent.q`` (S, A) and the model change."""
+    state, action, reward, discount, next_state, _ = transition
+    record_change(agent.log, state)
+    value = move_towards_target(agent, state, action, reward, discount, next_state)
+    remember(algorithm, transition)
+    return np.isfinite(value + plan(algorithm, agent, state))
 
 
-@kernel
-def turn(method: DynaMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
-    """Learn from a step, plan, and choose the next action."""
-    record_change(agent.log, seen.state)
-    value = update(agent, seen.state, seen.action, seen.reward, seen.discount, seen.next_state)
-    remember(method.model, method.planning.heuristic, seen)
-    if not np.isfinite(value + plan(method.model, method.planning, agent, seen.state)):
-        return NOT_FINITE
-    return 0 if seen.ended else epsilon_greedy(agent, seen.next_state, epsilon)
-
-
-algorithm(DynaMethod, first=first, turn=turn)
+register_algorithm(DynaHState, update=update)
 
 
 class DynaH(Learner):
@@ -166,8 +149,8 @@ class DynaH(Learner):
     heuristic : (S,) float, optional
         H: larger is farther from the goal. Default: the problem's own; a maze has its squared distance.
     search_control : str
-        Where a planning step begins: ``"trajectory"``, where the last one led (the first: at the current state);
-        ``"restart"``, at the current state; ``"random"``, at a random observed state.
+        Where a planning step begins (Sutton and Barto 2018, section 8.6): ``"trajectory"``, where the last one led (the
+        first: at the current state); ``"restart"``, at the current state; ``"random"``, at a random observed state.
 
     Raises
     ------
@@ -186,6 +169,8 @@ class DynaH(Learner):
     14
     """
 
+    state_type = DynaHState
+
     def __init__(
         self,
         env: Environment,
@@ -195,41 +180,31 @@ class DynaH(Learner):
         search_control: Literal["trajectory", "restart", "random"] = "trajectory",
         **parameters: Unpack[LearnerParameters],
     ) -> None:
-        super().__init__(env, **parameters)
-        n_states, n_actions = self.problem.n_states, self.problem.n_actions
-        if heuristic is None:
-            heuristic = self.problem.heuristic
-        if heuristic is None:
-            raise ProblemError(
-                f"DynaH needs a heuristic and this problem has none of its own: pass heuristic=, {n_states} numbers, "
-                "larger where the goal is farther"
-            )
-        control = check_name("search_control", search_control, (known.name.lower() for known in SearchControl))
         self.planning_steps = check_int("planning_steps", planning_steps, 0)
-        self._planning = Planning(
-            self.planning_steps, int(SearchControl[control.upper()]), check_heuristic(heuristic, n_states)
+        self.search_control = check_name("search_control", search_control, (c.name.lower() for c in SearchControl))
+        super().__init__(env, **parameters)
+        given = self.problem.heuristic if heuristic is None else heuristic
+        if given is None:
+            raise ProblemError(
+                f"DynaH needs a heuristic and this problem has none of its own: pass heuristic=, "
+                f"{self.problem.n_states} numbers, larger where the goal is farther"
+            )
+        self.heuristic = check_heuristic(given, self.problem.n_states)
+
+    def declare_state(self) -> tuple[Declaration, ...]:
+        """Return the model, which each agent keeps to itself."""
+        states = ("states",)
+        return (
+            DeclaredArray("model.outcome", "none", dtype=OUTCOME),
+            DeclaredArray("model.distance", "none"),
+            *(
+                DeclaredArray(f"model.{name}", "none", states, np.uint32)
+                for name in ("farthest", "n_farthest", "observed")
+            ),
+            DeclaredArray("model.n_observed", "none", (1,), np.int64),
         )
-        self._models = tuple(empty_model(n_states, n_actions) for _ in range(self.n_tables))
 
-    def _method(self, table: int) -> DynaMethod:
-        return DynaMethod(self._models[table], self._planning)
-
-    def _parameters(self) -> dict[str, Any]:
-        control = SearchControl(self._planning.search_control).name.lower()
-        return super()._parameters() | {"planning_steps": self.planning_steps, "search_control": control}
-
-    @classmethod
-    def _array_parameters(cls, arrays: Arrays) -> dict[str, Any]:
-        return super()._array_parameters(arrays) | {"heuristic": arrays["heuristic"]}
-
-    def _saved_arrays(self) -> Arrays:
-        saved = super()._saved_arrays() | {"heuristic": self._planning.heuristic}
-        for table, model in enumerate(self._models):
-            saved |= with_prefix(f"model{table}", model._asdict())
-        return saved
-
-    def _restore_arrays(self, arrays: Arrays) -> None:
-        super()._restore_arrays(arrays)
-        models = [Model(**of_prefix(f"model{table}", arrays)) for table in range(self.n_tables)]
-        # A file does not say that a record is aligned; without that, the kernel would be compiled a second time.
-        self._models = tuple(model._replace(outcome=model.outcome.view(OUTCOME)) for model in models)
+    def constants(self) -> dict[str, Any]:
+        """Return how to plan."""
+        control = int(SearchControl[self.search_control.upper()])
+        return {"n_steps": self.planning_steps, "search_control": control, "heuristic": self.heuristic}

@@ -11,7 +11,7 @@ from tuckerl.learners.q_learning import QLearning
 from tuckerl.learners.sarsa import Sarsa
 from tuckerl.learners.sarsa_lambda import SarsaLambda
 from tuckerl.learners.team_q import TeamQ
-from tuckerl.training import learner_file as saved
+from tuckerl.training import persistence
 from tuckerl.training.learner import Learner
 
 OWN: tuple[type[Learner], ...] = (QLearning, Sarsa, SarsaLambda, DynaH, TeamQ)
@@ -45,14 +45,15 @@ def load(
     >>> type(tuckerl.load("agent.tuckerl")).__name__
     'Sarsa'
     """
-    held, _ = saved.read(Path(path))
+    saved = persistence.read(Path(path))
+    held = saved.header["learner"]
     known = {kind.__name__: kind for kind in (*_subclasses(), *OWN)}  # ours go before others of the same name
-    if held["learner"] not in known:
+    if held not in known:
         raise SavedFileError(
-            f"{path} holds a {held['learner']}, which is none of {', '.join(kind.__name__ for kind in OWN)}: import "
+            f"{path} holds a {held}, which is none of {', '.join(kind.__name__ for kind in OWN)}: import "
             "the module that defines it first"
         )
-    return known[held["learner"]].load(path, env=env, tensor_step=tensor_step)
+    return persistence.load(known[held], saved, env=env, tensor_step=tensor_step)
 
 
 def _subclasses() -> list[type[Learner]]:

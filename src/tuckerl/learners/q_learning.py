@@ -11,19 +11,27 @@ import numpy as np
 
 from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import record_change
-from tuckerl.training.agent_arrays import Agent, Transition
+from tuckerl.training.agent_arrays import AgentArrays, Transition
+from tuckerl.training.algorithm import register_algorithm
+from tuckerl.training.greedy_actions import best_value
 from tuckerl.training.learner import Learner
-from tuckerl.training.loop import NOT_FINITE, algorithm
-from tuckerl.training.policies import best_value, epsilon_greedy
 
 
-class QMethod(NamedTuple):
-    """Q-learning keeps nothing but its table."""
+class QLearningState(NamedTuple):
+    """Q-learning keeps nothing but its Q-table."""
 
 
 @kernel
-def update(agent: Agent, state: int, action: int, reward: float, discount: float, next_state: int) -> float:
-    """Move Q(s, a) towards its target and return its new value."""
+def move_towards_target(
+    agent: AgentArrays, state: int, action: int, reward: float, discount: float, next_state: int
+) -> float:
+    """Move Q(s, a) towards r + discount max_b Q(s', b) and return its new value.
+
+    Parameters
+    ----------
+    agent : AgentArrays
+        Its `q` (S, A) is changed at (state, action).
+    """
     q = agent.q
     delta = reward + discount * best_value(q, agent.action_mask, next_state) - q[state, action]
     q[state, action] += agent.step_sizes[action] * delta
@@ -31,22 +39,14 @@ def update(agent: Agent, state: int, action: int, reward: float, discount: float
 
 
 @kernel
-def first(method: QMethod, agent: Agent, state: int, epsilon: float) -> int:
-    """Choose an episode's first action."""
-    return epsilon_greedy(agent, state, epsilon)
+def update(algorithm: QLearningState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
+    """Learn from a step: ``agent.q`` (S, A) changes at the transition's state and action."""
+    state, action, reward, discount, next_state, _ = transition
+    record_change(agent.log, state)
+    return np.isfinite(move_towards_target(agent, state, action, reward, discount, next_state))
 
 
-@kernel
-def turn(method: QMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
-    """Learn from a step and choose the next action."""
-    record_change(agent.log, seen.state)
-    value = update(agent, seen.state, seen.action, seen.reward, seen.discount, seen.next_state)
-    if not np.isfinite(value):
-        return NOT_FINITE
-    return 0 if seen.ended else epsilon_greedy(agent, seen.next_state, epsilon)
-
-
-algorithm(QMethod, first=first, turn=turn)
+register_algorithm(QLearningState, update=update)
 
 
 class QLearning(Learner):
@@ -66,5 +66,4 @@ class QLearning(Learner):
     (50, 1)
     """
 
-    def _method(self, table: int) -> QMethod:
-        return QMethod()
+    state_type = QLearningState

@@ -11,34 +11,26 @@ import numpy as np
 
 from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import record_change
-from tuckerl.training.agent_arrays import Agent, Transition
+from tuckerl.training.agent_arrays import AgentArrays, Transition
+from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.learner import Learner
-from tuckerl.training.loop import NOT_FINITE, algorithm
-from tuckerl.training.policies import epsilon_greedy
 
 
-class SarsaMethod(NamedTuple):
-    """SARSA keeps nothing but its table."""
-
-
-@kernel
-def first(method: SarsaMethod, agent: Agent, state: int, epsilon: float) -> int:
-    """Choose an episode's first action."""
-    return epsilon_greedy(agent, state, epsilon)
+class SarsaState(NamedTuple):
+    """SARSA keeps nothing but its Q-table."""
 
 
 @kernel
-def turn(method: SarsaMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
-    """Choose the next action and learn from it (after a truncation, too: its value is bootstrapped)."""
-    q, state, action = agent.q, seen.state, seen.action
-    next_action = epsilon_greedy(agent, seen.next_state, epsilon)
+def update(algorithm: SarsaState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
+    """Learn from a step and the action after it: ``agent.q`` (S, A) changes at the transition's state and action."""
+    q, state, action = agent.q, transition.state, transition.action
     record_change(agent.log, state)
-    delta = seen.reward + seen.discount * q[seen.next_state, next_action] - q[state, action]
+    delta = transition.reward + transition.discount * q[transition.next_state, next_action] - q[state, action]
     q[state, action] += agent.step_sizes[action] * delta
-    return next_action if np.isfinite(q[state, action]) else NOT_FINITE
+    return np.isfinite(q[state, action])
 
 
-algorithm(SarsaMethod, first=first, turn=turn)
+register_algorithm(SarsaState, update=update, on_policy=True)
 
 
 class Sarsa(Learner):
@@ -58,5 +50,4 @@ class Sarsa(Learner):
     (50, 1)
     """
 
-    def _method(self, table: int) -> SarsaMethod:
-        return SarsaMethod()
+    state_type = SarsaState

@@ -11,45 +11,29 @@ postponed until a row is looked at: see `traces`. (Rummery and Niranjan 1994; Si
 from typing import NamedTuple
 
 from tuckerl._jit import kernel
-from tuckerl.learners.traces import Traces, flush_traces, learn, sync_row, value_of
-from tuckerl.learners.tracing import TracingLearner
-from tuckerl.training.agent_arrays import Agent, Transition
-from tuckerl.training.loop import NOT_FINITE, algorithm
-from tuckerl.training.policies import epsilon_greedy
+from tuckerl.learners.traces import Traces, learn, value_of
+from tuckerl.learners.tracing import TracingLearner, act_on_synced_row, end_with_traces
+from tuckerl.training.agent_arrays import AgentArrays, Transition
+from tuckerl.training.algorithm import register_algorithm
 
 
-class SarsaLambdaMethod(NamedTuple):
+class SarsaLambdaState(NamedTuple):
     """SARSA(lambda) keeps traces."""
 
     traces: Traces
 
 
 @kernel
-def first(method: SarsaLambdaMethod, agent: Agent, state: int, epsilon: float) -> int:
-    """Choose an episode's first action."""
-    sync_row(method.traces, agent.q, agent.step_sizes, agent.log, state)
-    return epsilon_greedy(agent, state, epsilon)
+def update(algorithm: SarsaLambdaState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
+    """Let the error of a step reach all pairs that have a trace; ``agent.q`` (S, A) changes, partly later."""
+    traces, q, step_sizes, log = algorithm.traces, agent.q, agent.step_sizes, agent.log
+    state, action = transition.state, transition.action
+    value = value_of(traces, q, step_sizes, log, state, action)
+    delta = transition.reward + transition.discount * q[transition.next_state, next_action] - value
+    return learn(traces, q, step_sizes, log, state, action, delta)
 
 
-@kernel
-def turn(method: SarsaLambdaMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
-    """Choose the next action, and let the error reach all pairs that have a trace."""
-    traces, q, step_sizes, log = method.traces, agent.q, agent.step_sizes, agent.log
-    sync_row(traces, q, step_sizes, log, seen.next_state)
-    next_action = epsilon_greedy(agent, seen.next_state, epsilon)
-    value = value_of(traces, q, step_sizes, log, seen.state, seen.action)
-    delta = seen.reward + seen.discount * q[seen.next_state, next_action] - value
-    return next_action if learn(traces, q, step_sizes, log, seen.state, seen.action, delta) else NOT_FINITE
-
-
-@kernel
-def leave(method: SarsaLambdaMethod, agent: Agent, finished: bool) -> bool:
-    """Bring all rows up to date; traces go on into the next episode only if they are to, and this one was finished."""
-    keep = finished and method.traces.decay.carried
-    return flush_traces(method.traces, agent.q, agent.step_sizes, agent.log, keep)
-
-
-algorithm(SarsaLambdaMethod, first=first, turn=turn, leave=leave)
+register_algorithm(SarsaLambdaState, act=act_on_synced_row, update=update, end_episode=end_with_traces, on_policy=True)
 
 
 class SarsaLambda(TracingLearner):
@@ -70,5 +54,4 @@ class SarsaLambda(TracingLearner):
     (50, 1)
     """
 
-    def _method(self, table: int) -> SarsaLambdaMethod:
-        return SarsaLambdaMethod(self._traces[table])
+    state_type = SarsaLambdaState

@@ -13,117 +13,48 @@ from typing import Any, Literal, NamedTuple, Unpack
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.adapters.resolve import Agents, Environment, Reading
 from tuckerl.checks import check_flag, check_name
 from tuckerl.errors import ProblemError
+from tuckerl.learners.team_policy import TeamEpsilonGreedy
 from tuckerl.learners.traces import Traces, flush_traces, learn, sync_row
-from tuckerl.learners.tracing import TracingLearner
+from tuckerl.learners.tracing import TracingLearner, act_on_synced_row, end_with_traces
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.rng import below, uniform
-from tuckerl.training.agent_arrays import Agent, Transition
-from tuckerl.training.loop import NOT_FINITE, algorithm
+from tuckerl.training.agent_arrays import AgentArrays, Transition
+from tuckerl.training.algorithm import register_algorithm
+from tuckerl.training.greedy_actions import best_value
 from tuckerl.training.parameters import LearnerParameters
-from tuckerl.training.policies import best_value, greedy
-from tuckerl.types import BoolArray, IntArray
+from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy
+from tuckerl.training.policies.policy import Policy
+from tuckerl.types import BoolArray
 
 _TIE = 1e-12  # values this close differ by the order of additions only, which must not decide
 
 
-class Team(NamedTuple):
-    """What kernels read of a team."""
+class TeamQState(NamedTuple):
+    """Team-Q keeps traces."""
 
-    sizes: IntArray  # (M,) how many actions each agent_place has; one agent_place where a single draw is for all
-    parts: IntArray  # (M,) room for the agents' parts of a joint action
+    traces: Traces
     cut_traces: bool  # by a joint action that is not greedy
 
 
-class TeamMethod(NamedTuple):
-    """Team-Q keeps traces and knows its agents."""
-
-    traces: Traces
-    team: Team
-
-
 @kernel
-def team_action(team: Team, agent: Agent, state: int, epsilon: float) -> int:
-    """Return the joint action of a team whose agents explore independently."""
-    sizes, parts, n_exploring, place = team.sizes, team.parts, 0, agent.q.shape[1]
-    for agent_place in range(sizes.size):
-        parts[agent_place] = -1
-        place //= sizes[agent_place]
-        if uniform(agent.rng) < epsilon:
-            parts[agent_place] = _random_part(agent, state, sizes[agent_place], place)
-            n_exploring += 1
-    joint = greedy(agent, state) if n_exploring < sizes.size else 0
-    action, place = 0, 1
-    for agent_place in range(sizes.size - 1, -1, -1):  # C order: the last agent_place's part counts ones
-        part = parts[agent_place] if parts[agent_place] >= 0 else joint % sizes[agent_place]
-        joint //= sizes[agent_place]
-        action += part * place
-        place *= sizes[agent_place]
-    return action
+def update(algorithm: TeamQState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
+    """Let the error reach all pairs that have a trace; ``agent.q`` (S, A) changes, partly later.
 
-
-@kernel
-def _random_part(agent: Agent, state: int, size: int, place: int) -> int:
-    """Draw what a agent may do; its part counts `place` in a joint action.
-
-    Members' masks are independent of each other: a part may be taken where any joint action with it may.
+    A joint action whose value lies below the row's maximum cuts the traces before its own update, if it is to.
     """
-    if agent.action_mask.size == 0:
-        return below(size, agent.rng)
-    n_allowed = 0
-    for part in range(size):
-        n_allowed += _part_is_allowed(agent, state, part, size, place)
-    skip = below(n_allowed, agent.rng)
-    part = 0
-    while skip > 0 or not _part_is_allowed(agent, state, part, size, place):
-        skip -= _part_is_allowed(agent, state, part, size, place)
-        part += 1
-    return part
-
-
-@kernel
-def _part_is_allowed(agent: Agent, state: int, part: int, size: int, place: int) -> bool:
-    for action in range(agent.q.shape[1]):
-        if action // place % size == part and agent.action_mask[state, action]:
-            return True
-    return False
-
-
-@kernel
-def choose(method: TeamMethod, agent: Agent, state: int, epsilon: float) -> int:
-    """Choose a joint action; one whose value lies below the row's maximum cuts the traces, if it is to."""
-    traces, q = method.traces, agent.q
-    sync_row(traces, q, agent.step_sizes, agent.log, state)
-    action = team_action(method.team, agent, state, epsilon)
+    traces, q, state, action = algorithm.traces, agent.q, transition.state, transition.action
     best = best_value(q, agent.action_mask, state)
     is_worse = q[state, action] < best - _TIE * abs(best)
-    if method.team.cut_traces and is_worse and not flush_traces(traces, q, agent.step_sizes, agent.log, False):
-        return NOT_FINITE
-    return action
+    if algorithm.cut_traces and is_worse and not flush_traces(traces, q, agent.step_sizes, agent.log, False):
+        return False
+    sync_row(traces, q, agent.step_sizes, agent.log, transition.next_state)
+    target = transition.reward + transition.discount * best_value(q, agent.action_mask, transition.next_state)
+    return learn(traces, q, agent.step_sizes, agent.log, state, action, target - q[state, action])
 
 
-@kernel
-def turn(method: TeamMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
-    """Let the error reach all pairs that have a trace, and choose the next joint action."""
-    traces, q, state, action = method.traces, agent.q, seen.state, seen.action
-    sync_row(traces, q, agent.step_sizes, agent.log, seen.next_state)
-    delta = seen.reward + seen.discount * best_value(q, agent.action_mask, seen.next_state) - q[state, action]
-    if not learn(traces, q, agent.step_sizes, agent.log, state, action, delta):
-        return NOT_FINITE
-    return 0 if seen.ended else choose(method, agent, seen.next_state, epsilon)
-
-
-@kernel
-def leave(method: TeamMethod, agent: Agent, finished: bool) -> bool:
-    """Bring all rows up to date; traces go on into the next episode only if they are to, and this one was finished."""
-    keep = finished and method.traces.decay.carried
-    return flush_traces(method.traces, agent.q, agent.step_sizes, agent.log, keep)
-
-
-algorithm(TeamMethod, first=choose, turn=turn, leave=leave)
+register_algorithm(TeamQState, act=act_on_synced_row, update=update, end_episode=end_with_traces)
 
 
 class TeamQ(TracingLearner):
@@ -162,7 +93,8 @@ class TeamQ(TracingLearner):
     (1, 36864, 25)
     """
 
-    _agents = Agents.JOINT
+    state_type = TeamQState
+    reads_agents = Agents.JOINT
 
     def __init__(
         self,
@@ -177,25 +109,22 @@ class TeamQ(TracingLearner):
         **parameters: Unpack[LearnerParameters],
     ) -> None:
         self.team_reward = team_reward
-        super().__init__(env, lambda_=lambda_, trace=trace, carry_trace=carry_trace, **parameters)
         self.cut_traces = check_flag("cut_traces", cut_traces)
         self.exploration = check_name("exploration", exploration, ("independent", "joint"))
-        sizes: tuple[int, ...] = (self.problem.n_actions,)
-        if isinstance(self.problem, (TabularMDP, GymnasiumProblem)) and self.exploration == "independent":
-            sizes = self.problem.action_sizes
+        super().__init__(env, lambda_=lambda_, trace=trace, carry_trace=carry_trace, **parameters)
+
+    def acting_policy(self, policy: Policy) -> Policy:
+        """Return a policy by which every agent explores on its own, if the given one is epsilon-greedy."""
+        sizes = getattr(self.problem, "action_sizes", (self.problem.n_actions,))
+        if self.exploration == "joint" or len(sizes) == 1 or not isinstance(policy, EpsilonGreedy):
+            return policy
         if isinstance(self.problem, TabularMDP):
             _check_independent(self.problem.arrays.action_mask, sizes)
-        self._team = Team(np.array(sizes, dtype=np.int64), np.zeros(len(sizes), dtype=np.int64), self.cut_traces)
+        return TeamEpsilonGreedy(policy, sizes)
 
-    def _method(self, table: int) -> TeamMethod:
-        return TeamMethod(self._traces[table], self._team)
-
-    def _parameters(self) -> dict[str, Any]:
-        return super()._parameters() | {
-            "cut_traces": self.cut_traces,
-            "exploration": self.exploration,
-            "team_reward": self.team_reward,
-        }
+    def constants(self) -> dict[str, Any]:
+        """Return whether traces are cut."""
+        return {"cut_traces": self.cut_traces}
 
     @classmethod
     def reading_of(cls, parameters: Mapping[str, Any]) -> Reading:

@@ -13,6 +13,7 @@ Before phi gets too small to be divided by, a new *epoch* begins from phi = 1 an
 at in an earlier epoch finds there what it needs to catch up, so no step waits until all rows are moved to the new one.
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -50,11 +51,30 @@ class Traces(NamedTuple):
     slot: StateArray  # (S,) where a state's row is, from 1; 0 where it has none
     state: StateArray  # (S + 1,) whose row it is
     constant: FloatArray  # (S + 1, A) e(s, a) / phi; zero in slots that are free
-    seen: FloatArray  # (S + 1, 2) what DELTA and REST were when the row was last brought up to date
+    synced: FloatArray  # (S + 1, 2) what DELTA and REST were when the row was last brought up to date
     epoch: StateArray  # (S + 1,) and in which epoch that was
     clock: FloatArray  # (3,) PHI, DELTA and REST
     past: FloatArray  # (_N_EPOCHS, 5) for each epoch before this one: clock at its end, what followed, phi since
     cursor: IntArray  # (2,) slots in use, and the present epoch
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return the states that have traces and these, taken between two episodes, when all rows are in sync."""
+        slots = slice(1, self.cursor[ROWS] + 1)
+        return {"state": self.state[slots].copy(), "constant": self.constant[slots].copy()}
+
+    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Replace the traces by those that `to_arrays` returned."""
+        self.clear()
+        n_rows = arrays["state"].size
+        slots = slice(1, n_rows + 1)
+        self.state[slots], self.constant[slots] = arrays["state"], arrays["constant"]
+        self.slot[arrays["state"]], self.cursor[ROWS] = np.arange(1, n_rows + 1), n_rows
+        self.synced[slots], self.epoch[slots] = 0.0, 0
+
+    def clear(self) -> None:
+        """Forget all traces."""
+        slots = slice(1, self.cursor[ROWS] + 1)
+        self.slot[self.state[slots]], self.constant[slots], self.cursor[ROWS] = 0, 0.0, 0
 
 
 def empty_traces(n_states: int, n_actions: int, decay: Decay) -> Traces:
@@ -64,7 +84,7 @@ def empty_traces(n_states: int, n_actions: int, decay: Decay) -> Traces:
         slot=np.zeros(n_states, dtype=np.uint32),
         state=np.zeros(n_states + 1, dtype=np.uint32),
         constant=np.zeros((n_states + 1, n_actions)),
-        seen=np.zeros((n_states + 1, 2)),
+        synced=np.zeros((n_states + 1, 2)),
         epoch=np.zeros(n_states + 1, dtype=np.uint32),
         clock=np.array([1.0, 0.0, 0.0]),
         past=np.zeros((_N_EPOCHS, 5)),
@@ -78,12 +98,12 @@ def sync_row(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeL
     slot = traces.slot[state]
     if slot == 0:
         return
-    clock, seen, scale = traces.clock, traces.seen[slot], 1.0
-    missed = (clock[DELTA] - seen[0]) + (clock[REST] - seen[1])
+    clock, synced, scale = traces.clock, traces.synced[slot], 1.0
+    missed = (clock[DELTA] - synced[0]) + (clock[REST] - synced[1])
     if traces.epoch[slot] != traces.cursor[EPOCH]:
         past = traces.past[traces.epoch[slot]]
         since = past[LATER] + past[SCALE] * (clock[DELTA] + clock[REST])
-        missed = (past[DELTA] - seen[0]) + (past[REST] - seen[1]) + past[PHI] * since
+        missed = (past[DELTA] - synced[0]) + (past[REST] - synced[1]) + past[PHI] * since
         scale = past[PHI] * past[SCALE]
     if missed != 0.0:
         record_change(log, state)
@@ -93,7 +113,7 @@ def sync_row(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeL
         traces.epoch[slot] = traces.cursor[EPOCH]
         for action in range(q.shape[1]):
             traces.constant[slot, action] *= scale
-    seen[0], seen[1] = clock[DELTA], clock[REST]
+    synced[0], synced[1] = clock[DELTA], clock[REST]
 
 
 @kernel
@@ -111,7 +131,7 @@ def _missed(traces: Traces, slot: int) -> float:
     """Return what a row of this epoch has missed."""
     if slot == 0:
         return 0.0
-    return (traces.clock[DELTA] - traces.seen[slot, 0]) + (traces.clock[REST] - traces.seen[slot, 1])
+    return (traces.clock[DELTA] - traces.synced[slot, 0]) + (traces.clock[REST] - traces.synced[slot, 1])
 
 
 @kernel
@@ -154,7 +174,7 @@ def _visit(traces: Traces, q: FloatArray, step_sizes: FloatArray, state: int, ac
         traces.cursor[ROWS] += 1
         slot = np.uint32(traces.cursor[ROWS])
         traces.slot[state], traces.state[slot], traces.epoch[slot] = slot, state, traces.cursor[EPOCH]
-        traces.seen[slot, 0], traces.seen[slot, 1] = traces.clock[DELTA], traces.clock[REST]
+        traces.synced[slot, 0], traces.synced[slot, 1] = traces.clock[DELTA], traces.clock[REST]
     one, before = 1.0 / traces.clock[PHI], traces.constant[slot, action]
     after = one if traces.decay.replacing else before + one
     traces.constant[slot, action] = after
@@ -193,7 +213,7 @@ def flush_traces(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: Cha
         if largest > 0.0:
             kept += 1
             traces.slot[state], traces.state[kept], traces.epoch[kept] = kept, state, 0
-            traces.seen[kept, 0], traces.seen[kept, 1] = 0.0, 0.0
+            traces.synced[kept, 0], traces.synced[kept, 1] = 0.0, 0.0
     traces.cursor[ROWS], traces.cursor[EPOCH] = kept, 0
     traces.clock[PHI], traces.clock[DELTA], traces.clock[REST] = 1.0, 0.0, 0.0
     return n_broken == 0

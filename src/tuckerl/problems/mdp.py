@@ -145,6 +145,7 @@ class TabularMDP:
         mdp.arrays = _read_only(arrays)
         return mdp
 
+    shares_world = False
     is_capped = False  # whether the time limit is ours, as there was none
     source: str | None = None
     """What the environment is called that carried it; None where there was none."""

@@ -149,6 +149,7 @@ class Simulator:
         self.heuristic = None if heuristic is None else check_heuristic(heuristic, self.n_states)
         self.layout = check_layout(layout, self.n_states)
 
+    shares_world = False
     is_capped = False  # whether the time limit is ours, as there was none
     source: str | None = None
     """What the environment is called that carried it; None where there was none."""

@@ -23,7 +23,7 @@ def how_it_plays(environment: str, learner: Learner) -> str:
         )
     apart = ""
     if isinstance(problem, PettingZooProblem):
-        apart = f"; each of its {learner.n_tables} agents has a table of its own"
+        apart = f"; each of its {learner.n_agents} agents has a table of its own"
     return f"{environment}: stepped in Python ({sizes}){apart}"
 
 

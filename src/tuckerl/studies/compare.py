@@ -182,10 +182,10 @@ def _side(request: ComparisonConfig, algorithm: Algorithm, settings: Mapping[str
     step = tensor_step(algorithm, sizes, of_step)
     family = AlgorithmConfig(request.base, request.candidate, algorithm.learner, parameters, step, sizes[1])
     if not algorithm.is_t_version:
-        return _Side(Variant(algorithm.name, algorithm.learner, parameters, 1, None), family, learner.n_tables, False)
+        return _Side(Variant(algorithm.name, algorithm.learner, parameters, 1, None), family, learner.n_agents, False)
     name = f"{algorithm.name}-{n_agents}" + ("" if step.share == algorithm.share else f"-{step.share}")
     made = Variant(name, algorithm.learner, parameters, n_agents, step)
-    return _Side(made, family, learner.n_tables, "ranks" not in of_step)
+    return _Side(made, family, learner.n_agents, "ranks" not in of_step)
 
 
 def _told_apart(base: Variant, candidate: Variant) -> tuple[Variant, Variant]:

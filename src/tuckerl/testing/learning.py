@@ -35,11 +35,11 @@ def check_changes(subject: Subject) -> None:
             learner.learn(1)
             if (episode + 1) % EVERY == 0:  # the logs have begun anew, and tables were copied
                 continue
-            for table, log in enumerate(learner._logs):
+            for table, log in enumerate(learner.change_logs):
                 done = int(log.cursor[EPISODES])
                 begin = int(log.end[done - 2]) if done > 1 else 0
                 marked = log.state[begin : log.end[done - 1]]
-                changed = np.flatnonzero((learner._q[table] != before[table]).any(axis=1))
+                changed = np.flatnonzero((learner.q[table] != before[table]).any(axis=1))
                 missed = np.setdiff1d(changed, marked)
                 if missed.size:
                     raise LearnerCheckError(

@@ -1,4 +1,7 @@
-"""What kernels know of an agent, and how they keep account of its episodes."""
+"""What kernels read and write of an agent, and how they keep the record of its episodes.
+
+Sizes: S states, A actions, E episodes of one kernel call, K numbers that follow a schedule.
+"""
 
 from typing import Any, NamedTuple
 
@@ -6,42 +9,46 @@ from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
 
+ALPHA = 0
+"""Where the learning rate stands among the scheduled numbers; the algorithm's own follow, then the policy's."""
+
 
 class Settings(NamedTuple):
-    """A learner's numbers, as kernels read them."""
+    """A learner's numbers that stay the same while it learns."""
 
     gamma: float
-    terminal_discount: float  # 0; or gamma, where values are bootstrapped from terminal states, too
-    random_ties: bool  # among maximal actions; otherwise the first
+    terminal_discount: float  # 0; or gamma, where terminal states are bootstrapped from, too
+    random_ties: bool  # a greedy action is a random one of the maximal actions; otherwise the first of them
 
 
-class Record(NamedTuple):
-    """What is asked of a kernel for E episodes, and what it writes down about them."""
+class EpisodeRecord(NamedTuple):
+    """The episodes of one kernel call: what is to be played, and what came of it."""
 
     steps: IntArray  # (E,)
     returns: FloatArray  # (E,) undiscounted
-    trajectory: IntArray  # (T + 1,) the states of the latest episode in order; as many as fit
-    alpha: FloatArray  # (E,) each episode's learning rate
-    epsilon: FloatArray  # (E,) each episode's probability of a random action
-    enough: int  # steps after which no further episode begins
+    trajectory: IntArray  # (T + 1,) the states of the latest episode in order, as many as fit
+    scheduled: FloatArray  # (E, K) each episode's learning rate and other scheduled numbers
+    max_steps: int  # no further episode begins after so many steps
 
 
-class Agent(NamedTuple):
-    """One agent, as kernels read it."""
+class AgentArrays(NamedTuple):
+    """One agent, as kernels see it."""
 
-    method: Any  # the algorithm's own NamedTuple: its type says which algorithm it is
+    algorithm: Any  # the algorithm's own NamedTuple: its type selects the algorithm's kernels
+    policy: Any  # the policy's own NamedTuple: its type selects the policy's kernels
     q: FloatArray  # (S, A)
     weights: FloatArray  # (A,) omega
     step_sizes: FloatArray  # (A,) alpha omega in the present episode
+    scheduled: FloatArray  # (K,) the scheduled numbers in the present episode
     action_mask: BoolArray  # (S, A) True where an action may be taken, or (0, 0) where all may
     settings: Settings
     log: ChangeLog
-    record: Record
+    record: EpisodeRecord
     rng: Stream
 
 
 class Transition(NamedTuple):
-    """A step, as an algorithm learns from it."""
+    """A step of the environment, as an algorithm learns from it."""
 
     state: int
     action: int
@@ -52,21 +59,31 @@ class Transition(NamedTuple):
 
 
 @kernel
-def set_step_sizes(agent: Agent, episode: int) -> None:
-    """Multiply the episode's learning rate by the action weights."""
+def begin_episode(agent: AgentArrays, episode: int) -> None:
+    """Set the scheduled numbers of an episode, and the step sizes that follow from them.
+
+    Parameters
+    ----------
+    agent : AgentArrays
+        Its `scheduled` (K,) and `step_sizes` (A,) are set.
+    episode : int
+        Row of ``agent.record.scheduled``.
+    """
+    for number in range(agent.scheduled.size):
+        agent.scheduled[number] = agent.record.scheduled[episode, number]
     for action in range(agent.step_sizes.size):
-        agent.step_sizes[action] = agent.record.alpha[episode] * agent.weights[action]
+        agent.step_sizes[action] = agent.scheduled[ALPHA] * agent.weights[action]
 
 
 @kernel
-def note_state(record: Record, step: int, state: int) -> None:
-    """Keep the state reached after `step` steps of this episode."""
+def record_state(record: EpisodeRecord, step: int, state: int) -> None:
+    """Keep the state after `step` steps of this episode, if ``record.trajectory`` (T + 1,) has room for it."""
     if step < record.trajectory.size:
         record.trajectory[step] = state
 
 
 @kernel
-def note_episode(record: Record, episode: int, steps: int, total: float) -> None:
-    """Keep an episode's steps and return."""
+def record_episode(record: EpisodeRecord, episode: int, steps: int, total: float) -> None:
+    """Keep an episode's steps and return in ``record.steps`` (E,) and ``record.returns`` (E,)."""
     record.steps[episode] = steps
     record.returns[episode] = total

@@ -1,22 +1,18 @@
-"""Greedy episodes apart from learning, and what they say of a policy."""
+"""Episodes apart from learning, and what they say of a policy."""
 
 import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from tuckerl._jit import kernel
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.python_world import STEP_CAP
-from tuckerl.adapters.resolve import Problem
 from tuckerl.errors import StepCapWarning
-from tuckerl.generalization.change_log import empty_log
 from tuckerl.interrupts import interrupts_held_back
-from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
-from tuckerl.training.agent_arrays import Agent, Record, Settings, Transition
-from tuckerl.training.loop import algorithm, play, play_together
-from tuckerl.training.policies import greedy
+from tuckerl.training.agent_arrays import EpisodeRecord
+from tuckerl.training.loop import play, play_together
+from tuckerl.training.prediction import Predictor
 from tuckerl.types import FloatArray, IntArray
 
 CAPPED = (
@@ -29,27 +25,8 @@ _BOOTSTRAP = 2**32 - 1  # the child of the seed for the interval
 _ALL = np.iinfo(np.int64).max
 
 
-class GreedyMethod(NamedTuple):
-    """A policy that is followed and learns nothing."""
-
-
-@kernel
-def first(method: GreedyMethod, agent: Agent, state: int, epsilon: float) -> int:
-    """Choose the greedy action."""
-    return greedy(agent, state)
-
-
-@kernel
-def turn(method: GreedyMethod, agent: Agent, seen: Transition, epsilon: float) -> int:
-    """Choose the next greedy action."""
-    return 0 if seen.ended else greedy(agent, seen.next_state)
-
-
-algorithm(GreedyMethod, first=first, turn=turn)
-
-
 class Evaluation(NamedTuple):
-    """What E greedy episodes were like; `mean` is of their returns, over the agents of an environment, too."""
+    """What E episodes were like; `mean` is of their returns, over the agents of an environment, too."""
 
     returns: FloatArray  # (E, N) undiscounted; N is 1, or the number of a PettingZoo environment's agents
     steps: IntArray  # (E, N)
@@ -62,28 +39,44 @@ class Evaluation(NamedTuple):
         return f"Evaluation(mean={self.mean:g}, low={self.low:g}, high={self.high:g}, episodes={len(self.returns)})"
 
 
-def evaluate(problem: Problem, q: FloatArray, episodes: int, sequence: np.random.SeedSequence) -> Evaluation:
-    """Play greedy episodes by the first of (N, S, A) tables, or by all where each belongs to an agent of its own.
+def evaluate(
+    predictor: Predictor, episodes: int, sequence: np.random.SeedSequence, deterministic: bool | None = None
+) -> Evaluation:
+    """Play episodes by the first agent's table, or by all agents' where these share one world.
 
-    Ties go to the lowest action. `sequence` decides all draws.
+    Parameters
+    ----------
+    predictor : Predictor
+    episodes : int
+    sequence : SeedSequence
+        Decides all draws.
+    deterministic : bool, optional
+        As of :meth:`tuckerl.training.learner.Learner.predict`.
     """
+    problem = predictor.problem
     if problem.max_episode_steps is None:  # a greedy policy may go round in circles for ever
         problem = problem.with_time_limit(STEP_CAP)
         problem.is_capped = True  # a new one: the learner's own stays as it is
-    together = isinstance(problem, PettingZooProblem)
-    tables = q if together else q[:1]
+    shared = isinstance(problem, PettingZooProblem)
+    n_agents = len(predictor.q) if shared else 1
     world = problem.world()
     world.seed(child(sequence, 0))
-    steps = np.zeros((len(tables), episodes), dtype=np.int64)
-    returns = np.zeros((len(tables), episodes))
+    steps, returns = np.zeros((n_agents, episodes), dtype=np.int64), np.zeros((n_agents, episodes))
+    scheduled = np.zeros((episodes, 1))
     agents = tuple(
-        _follower(table, world, place, steps[place], returns[place], stream(child(sequence, place)))
-        for place, table in enumerate(tables)
+        predictor.agent(
+            i,
+            deterministic,
+            action_mask=world.action_masks[i],
+            record=EpisodeRecord(steps[i], returns[i], np.zeros(1, dtype=np.int64), scheduled, _ALL),
+            rng=stream(child(sequence, i)),
+        )
+        for i in range(n_agents)
     )
     arrays: Any = world.arrays
     try:
         with interrupts_held_back(bearable=0):
-            if together:
+            if shared:
                 play_together(arrays, agents)
             else:
                 play(arrays, agents[0])
@@ -97,22 +90,6 @@ def evaluate(problem: Problem, q: FloatArray, episodes: int, sequence: np.random
     values = returns.mean(axis=0)
     low, high = mean_interval(values, np.random.default_rng(child(sequence, _BOOTSTRAP)))
     return Evaluation(returns.T.copy(), steps.T.copy(), float(values.mean()), low, high)
-
-
-def _follower(table: FloatArray, world: World, place: int, steps: IntArray, returns: FloatArray, rng: Any) -> Agent:
-    n_episodes, n_actions = steps.size, table.shape[1]
-    zeros = np.zeros(n_episodes)
-    return Agent(
-        method=GreedyMethod(),
-        q=table,
-        weights=np.ones(n_actions),
-        step_sizes=np.zeros(n_actions),
-        action_mask=world.action_masks[place],
-        settings=Settings(gamma=1.0, terminal_discount=0.0, random_ties=False),
-        log=empty_log(table.shape[0], n_actions, 0),
-        record=Record(steps, returns, np.zeros(1, dtype=np.int64), zeros, zeros, _ALL),
-        rng=rng,
-    )
 
 
 def mean_interval(values: FloatArray, rng: np.random.Generator) -> tuple[float, float]:

@@ -1,53 +1,62 @@
-"""What every learner is: parameters checked once, tables for N agents, and a loop over windows of episodes.
+"""What every learner is: parameters that are checked once, tables of N agents, and how they are learned and used.
 
-A learner's own file holds its update, its kernel and a thin class that says how one agent plays the next episodes.
-Everything else is here: seeds, the window loop with its tensor step, accounts, prediction, and saving.
+A learner's own file holds its state, its kernels and a thin class. The base class here is put together from parts: what
+learning changes (`training_state`), learning itself (`trainer`), prediction and evaluation (`prediction`, `evaluation`)
+and files (`persistence`).
 """
 
-import sys
 import warnings
-from collections.abc import Sequence
+from abc import ABC
+from collections.abc import Callable, Mapping, Sequence
+from inspect import signature
 from os import PathLike
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from tuckerl._version import __version__
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.resolve import Environment
-from tuckerl.checks import check_int
-from tuckerl.errors import DivergenceWarning, ParameterError, SavedFileError, StepCapWarning
-from tuckerl.generalization.change_log import restore_log, saved_log
-from tuckerl.generalization.sharing import share_tables
-from tuckerl.generalization.step import TensorStep, TensorStepState
-from tuckerl.interrupts import interrupts_held_back
-from tuckerl.training import learner_file as saved
-from tuckerl.training.agent_arrays import Agent, Record
-from tuckerl.training.callbacks.base import CallbackLike, CallbackList, Goal
-from tuckerl.training.evaluation import CAPPED
-from tuckerl.training.loop import play, play_together
-from tuckerl.training.persistence import (
-    problem_parts,
-    restored_parameters,
-    restored_problem,
-    restored_seed,
-    restored_step,
-    seed_parts,
-    step_parts,
-    stored_parameters,
+from tuckerl.adapters.resolve import Agents, Environment, Problem, Reading, as_problem, check_compiled
+from tuckerl.checks import check_flag, check_int, check_name, check_real
+from tuckerl.errors import (
+    DivergenceWarning,
+    ParameterError,
+    ProblemError,
+    SavedFileError,
+    SavedFileMissingError,
 )
-from tuckerl.training.tables import Tables
-from tuckerl.types import FloatArray
+from tuckerl.generalization.change_log import ChangeLog
+from tuckerl.generalization.step import Loadings, TensorStep, TensorStepHistory, empty_history
+from tuckerl.rng import child, seed_sequence
+from tuckerl.training import persistence
+from tuckerl.training.agent_arrays import Settings
+from tuckerl.training.callbacks.base import CallbackLike
+from tuckerl.training.declared_state import Declaration
+from tuckerl.training.evaluation import Evaluation, evaluate
+from tuckerl.training.history import EpisodeHistory
+from tuckerl.training.parameters import (
+    check_initial_q,
+    check_known,
+    check_memory,
+    check_policy,
+    check_step,
+    merged_signature,
+)
+from tuckerl.training.policies.policy import Policy
+from tuckerl.training.prediction import Predictor
+from tuckerl.training.python_calls import PythonCall
+from tuckerl.training.schedules import Schedule, as_schedule
+from tuckerl.training.trainer import WINDOW, Trainer
+from tuckerl.training.training_state import TrainingState
+from tuckerl.types import BoolArray, FloatArray, IntArray, Seed
 
-_DIVERGED = "a table left the finite numbers in episode {}, where learning stopped: a smaller alpha may keep it finite"
-_PATIENCE = 0.25  # seconds in which Python is not asked, but for the end of an episode
-_UNLIMITED = sys.maxsize
-# Ctrl-C and callbacks wait for one call of a kernel, which costs as much as a thousand steps.
-_CHUNK, _CHUNK_STEPS = 1000, 1_000_000  # episodes without a tensor step; steps of the first agent, and its episode
+_PREDICTION_STREAM = 2**32 - 2  # the child of the seed for predictions that are drawn
+_EVALUATION_STREAM = 2**32 - 3  # and that for evaluate()
+_DIVERGED = "a table was not finite any more in episode {}, where learning stopped: a smaller alpha may keep it finite"
 
 
-class Learner(Tables):
+class Learner(ABC):
     """A tabular learner of N agents, each in its own copy of the problem.
 
     Parameters
@@ -55,13 +64,14 @@ class Learner(Tables):
     env
         A Gymnasium environment or PettingZoo parallel environment: its id, an instance or a callable that makes one; or
         a :class:`~tuckerl.TabularMDP`, a :class:`~tuckerl.Simulator` or a :class:`~tuckerl.Maze`. Every agent of a
-        PettingZoo environment has a table of its own, and `n_agents` stays 1; :class:`~tuckerl.TeamQ` has one for all.
+        PettingZoo environment has a table of its own, and `n_agents` is their number; :class:`~tuckerl.TeamQ` has one
+        table for all.
     alpha : float in (0, 1] or Schedule
         Learning rate; a schedule such as ``tuckerl.Harmonic(0.5, half_after=1000)`` changes it from episode to episode.
     gamma : float in [0, 1]
         Discount.
-    epsilon : float in [0, 1] or Schedule
-        Probability of a random action.
+    epsilon : float in [0, 1] or Schedule, optional
+        Probability of a random action, 0.1 by default: the short way to ``policy=tuckerl.EpsilonGreedy(epsilon)``.
     epsilon_decay : float in [0, 1]
         Multiplies epsilon after each episode.
     ties : "random" or "first"
@@ -78,6 +88,8 @@ class Learner(Tables):
     bins : int, sequence, ...
         How observations that are a Box are cut into bins: a number for every dimension, or for each dimension a number
         or the edges between its bins. Of a PettingZoo environment's agents, that for all or by agent.
+    policy : Policy, optional
+        How actions are chosen: see :mod:`tuckerl.training.policies`.
     compiled : "auto" or bool
         Whether an environment whose transition table can be extracted is played from it, in compiled code ("auto", the
         default), or every step is taken in Python (False); True is refused where it cannot be extracted.
@@ -88,7 +100,160 @@ class Learner(Tables):
         If a parameter is out of its range, of the wrong type or not a known name.
     ProblemError
         If `env` is no problem that this learner can play.
+
+    Notes
+    -----
+    A learner of one's own sets `state_type`, registers its kernels under it with
+    :func:`~tuckerl.training.algorithm.register_algorithm` and overrides, where it needs to: `declare_state`,
+    `constants`, `algorithm_schedules`, `default_policy`. It keeps each parameter of its constructor as an attribute of
+    the same name, which is how parameters are saved. :func:`tuckerl.testing.check_learner` checks it.
     """
+
+    state_type: ClassVar[type]
+    """The NamedTuple that the algorithm's kernels are registered under: declared arrays, schedules and constants."""
+
+    reads_agents: ClassVar[Agents] = Agents.INDEPENDENT
+    """What it makes of a PettingZoo environment: a table for each agent, or one joint table."""
+
+    team_reward: str = "mean"
+    """What a PettingZoo environment of a joint table pays."""
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        base = next((kind for kind in cls.__mro__[1:] if "__signature__" in vars(kind)), Learner)
+        own = signature(cls.__init__)
+        own = own.replace(parameters=list(own.parameters.values())[1:])  # without self
+        cls.__signature__ = merged_signature(own, signature(base))  # type: ignore[attr-defined]  # for help()
+
+    def __new__(cls, *arguments: Any, **parameters: Any) -> Self:
+        """Refuse unknown parameters, saying what may have been meant."""
+        check_known(cls, parameters)
+        return super().__new__(cls)
+
+    def __init__(
+        self,
+        env: Environment,
+        *,
+        alpha: float | Schedule = 0.1,
+        gamma: float = 0.95,
+        epsilon: float | Schedule | None = None,
+        epsilon_decay: float = 1.0,
+        ties: Literal["random", "first"] = "random",
+        initial_q: float | ArrayLike = 0.0,
+        n_agents: int = 1,
+        bootstrap_terminal: bool = False,
+        tensor_step: TensorStep | None = None,
+        seed: Seed = None,
+        bins: Any = None,
+        policy: Policy | None = None,
+        compiled: Literal["auto"] | bool = "auto",
+    ) -> None:
+        self.alpha = alpha
+        self._alpha_schedule = as_schedule("alpha", alpha, positive=True)
+        self.gamma = check_real("gamma", gamma, 0.0, 1.0)
+        self.epsilon_decay = check_real("epsilon_decay", epsilon_decay, 0.0, 1.0)
+        chosen = check_policy(policy, epsilon, self.epsilon_decay)
+        self.epsilon: float | Schedule | None = getattr(chosen, "epsilon", None) if policy is None else None
+        self.policy = policy
+        self.ties = check_name("ties", ties, ("random", "first"))
+        n_agents = check_int("n_agents", n_agents, 1)
+        self.bootstrap_terminal = check_flag("bootstrap_terminal", bootstrap_terminal)
+        self.tensor_step = check_step(tensor_step)
+        self.seed_sequence = seed_sequence(seed)
+        self.compiled = check_compiled(compiled)
+        options = {"bins": bins, "compiled": self.compiled, "team_reward": self.team_reward}
+        self.problem: Problem = as_problem(env, self.reading_of(options))
+        """What is played: arrays, compiled functions, or an environment that is stepped in Python."""
+        self.n_agents = _n_agents(self.problem, n_agents, self.tensor_step)
+        """Length of the agent axis: the number of agents, or of a PettingZoo environment's agents."""
+        shape = (self.problem.n_states, self.problem.n_actions)
+        check_memory(self.n_agents, *shape)
+        self.initial_q = check_initial_q(initial_q, shape)
+        self._python_calls: list[PythonCall] = []
+        self._acting_policy = self.acting_policy(self.default_policy(chosen) if policy is None else chosen)
+        self._state = self._new_state()
+        self._prediction_rng = np.random.default_rng(child(self.seed_sequence, _PREDICTION_STREAM))
+
+    def _new_state(self) -> TrainingState:
+        shared = isinstance(self.problem, PettingZooProblem)
+        return TrainingState(
+            [self.problem.world() for _ in range(1 if shared else self.n_agents)],
+            self.initial_q,
+            n_agents=self.n_agents,
+            tensor_step=self.tensor_step,
+            schedules={"alpha": self._alpha_schedule, **self.algorithm_schedules()},
+            policy=self._acting_policy,
+            algorithm=self.declare_state(),
+            settings=Settings(self.gamma, self.gamma if self.bootstrap_terminal else 0.0, self.ties == "random"),
+            max_episode_steps=self.problem.max_episode_steps,
+            sequence=self.seed_sequence,
+        )
+
+    # What a learner's author overrides.
+
+    def declare_state(self) -> tuple[Declaration, ...]:
+        """Return the arrays that the algorithm keeps for each agent besides its Q-table.
+
+        The fields of `state_type` have their names (without what stands before a dot).
+        """
+        return ()
+
+    def constants(self) -> dict[str, Any]:
+        """Return the fields of `state_type` that stay the same while a kernel runs."""
+        return {}
+
+    def algorithm_schedules(self) -> dict[str, Schedule]:
+        """Return the algorithm's own numbers that may follow a schedule, by name.
+
+        Kernels find their values in the field `scheduled` of `state_type`, in this order.
+        """
+        return {}
+
+    def default_policy(self, policy: Policy) -> Policy:
+        """Return how actions are chosen where the user gives no policy.
+
+        Parameters
+        ----------
+        policy : EpsilonGreedy
+            The one that the parameter `epsilon` stands for.
+        """
+        return policy
+
+    def acting_policy(self, policy: Policy) -> Policy:
+        """Return how a policy acts in this algorithm: itself, unless the algorithm knows better."""
+        return policy
+
+    @classmethod
+    def reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
+        """Return how a learner with these parameters reads its environment."""
+        return Reading(cls.reads_agents, parameters.get("bins"), parameters.get("compiled", "auto"))
+
+    def call_from_kernels(self, function: Callable[[int], int]) -> PythonCall:
+        """Return a Python function in a form that the algorithm's kernels can call.
+
+        An error in it ends learning as an error in an environment does: it is raised by `learn`.
+        """
+        call = PythonCall(function)
+        self._python_calls.append(call)
+        return call
+
+    def algorithm_state(self, declared: Mapping[str, Any], scheduled: FloatArray) -> Any:
+        """Return what the algorithm's kernels read of one agent, a `state_type`.
+
+        Parameters
+        ----------
+        declared : mapping
+            The agent's declared arrays by name.
+        scheduled : (number of the algorithm's schedules,) float64
+            Their values in the present episode.
+        """
+        fields = {name.rpartition(".")[2]: value for name, value in declared.items()} | self.constants()
+        if "scheduled" in self.state_type._fields:  # type: ignore[attr-defined]  # it is a NamedTuple
+            fields["scheduled"] = scheduled
+        known = self.state_type._fields  # type: ignore[attr-defined]  # as above
+        return self.state_type(**{name: value for name, value in fields.items() if name in known})
+
+    # What its users call.
 
     def learn(
         self,
@@ -100,9 +265,9 @@ class Learner(Tables):
     ) -> Self:
         """Play and learn more episodes with every agent.
 
-        Learning 50 and then 50 equals learning 100, to the last bit. A run whose tables leave the finite numbers
-        stops there, with a :class:`~tuckerl.errors.DivergenceWarning`; see `diverged_at`. Ctrl-C is heard at the end of
-        an episode; pressed twice, at the next step of an environment that is stepped in Python.
+        Learning 50 and then 50 equals learning 100, to the last bit. A run whose tables are not finite any more stops
+        there, with a :class:`~tuckerl.errors.DivergenceWarning`; see `diverged_at`. Ctrl-C is heard at the end of an
+        episode; pressed twice, at the next step of an environment that is stepped in Python.
 
         Parameters
         ----------
@@ -123,121 +288,101 @@ class Learner(Tables):
         SimulatorError, EnvironmentFaultError
             If a simulator or an environment does something impossible. What was learned before is kept.
         """
-        goal = self._goal(episodes, steps)
-        with CallbackList(self, callbacks, goal, progress=progress) as followers:
-            while self.diverged_at is None and followers.go_on and not self._is_done(goal):
-                try:
-                    with interrupts_held_back():
-                        self._advance(min(goal.episodes, followers.next_stop()), goal.steps)
-                finally:  # Ctrl-C is heard above; the window that it waited for may have ended
-                    followers.follow()
+        Trainer(self, self._state, self._python_calls).learn(episodes, steps, callbacks, progress=progress)
         if self.diverged_at is not None:
             warnings.warn(_DIVERGED.format(self.diverged_at), DivergenceWarning, stacklevel=2)
         return self
 
-    def _advance(self, until: int, n_steps: int) -> None:
-        """Play on, and take the tensor step where a window has ended (or is owed, as a user's function raised)."""
-        due = self._due_step()
-        if due is None:
-            self._play_on(until, n_steps - self._accounts.first_steps)
-            due = self._due_step()
-        if due is not None and self.diverged_at is None:
-            self._generalize(due)
+    def predict(
+        self,
+        observation: Any,
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool | None = None,
+    ) -> tuple[Any, None]:
+        """Return agent 0's action for an observation or a batch of them, and None, as Stable-Baselines3 does.
 
-    def _goal(self, episodes: int | None, steps: int | None) -> Goal:
-        """Return the numbers of episodes and of the first agent's steps at which learning ends."""
-        if (episodes is None) == (steps is None):
-            raise ParameterError(f"learn() takes either episodes or steps; got episodes={episodes} and steps={steps}")
-        if episodes is not None:
-            return Goal(self.episodes + check_int("episodes", episodes, 1), _UNLIMITED)
-        return Goal(_UNLIMITED, self._accounts.first_steps + check_int("steps", steps, 1))
+        Observations and actions are the environment's own; for a problem of this library they are numbers. Of a
+        PettingZoo environment's agents they are dicts by agent; of a team that plays the extracted joint transition
+        table, the numbers of joint states, as ``env.state()`` gives them, and of joint actions. Masks that were seen
+        while learning are obeyed.
 
-    def _is_done(self, goal: Goal) -> bool:
-        reached = self.episodes >= goal.episodes or self._accounts.first_steps >= goal.steps
-        return reached and self._accounts.is_even and self._due_step() is None
+        Parameters
+        ----------
+        observation
+        state, episode_start
+            Ignored: there is no hidden state. They are here for programs that call any Stable-Baselines3 policy.
+        deterministic : bool, optional
+            None plays what is learned: the greedy action, the lowest on ties, or a draw from the learner's own
+            distribution if it has one. True gives the most probable action of that, False draws from the policy with
+            its present exploration.
 
-    def _due_step(self) -> TensorStepState | None:
-        """Return the tensor step if a window has ended and it has not followed yet (a user's function may raise)."""
-        run = self._run
-        return run if run is not None and run.n_windows < self.episodes // run.step.every else None
+        Raises
+        ------
+        ParameterError, ParameterTypeError, ObservationError
+            If an observation is none of the environment's.
+        """
+        predictor = self._predictor(self._state.q, self._state.declared)
+        return predictor.predict(observation, deterministic), None
 
-    @property
-    def is_saveable(self) -> bool:
-        """Whether it is intact, all agents are at one episode, and the tensor step of the latest window is done."""
-        return self.is_intact and self._accounts.is_even and self._due_step() is None
+    def evaluate(self, episodes: int = 100, *, seed: Seed = None, deterministic: bool | None = None) -> Evaluation:
+        """Play episodes apart from learning, which goes on as if they had not been.
 
-    def _play_on(self, until: int, enough: int) -> None:
-        """Play up to an episode or until the first agent has made `enough` steps, or let those behind catch up."""
-        accounts = self._accounts
-        chunk = _CHUNK if self._run is None else self._run.step.every
-        until, enough = min(until, self.episodes + chunk - self.episodes % chunk), min(enough, _CHUNK_STEPS)
-        if not accounts.is_even:
-            until, enough = accounts.furthest, _UNLIMITED
-        finite = True
-        if isinstance(self.problem, PettingZooProblem):
-            finite = self._play_world(0, list(range(self.n_tables)), until, enough)
-        else:
-            for table in range(self.n_tables):
-                finite &= self._play_world(table, [table], until, enough)
-                until, enough = max(accounts.furthest, self.episodes), _UNLIMITED
-        if not finite:
-            self.diverged_at = self.episodes
+        The policy is `predict`'s. The environment is a copy, and every call draws from the same stream, so that two
+        calls without learning between them agree, unless `seed` gives another one. Without a time limit, episodes are
+        cut off after 100,000 steps.
 
-    def _play_world(self, place: int, tables: list[int], until: int, enough: int) -> bool:
-        """Let the agents of a world play; return whether their tables stayed finite."""
-        accounts, world = self._accounts, self._worlds[place]
-        before = int(accounts.done[tables[0]])
-        if until <= before:
-            return True
-        agents = tuple(self._agent(table, until, enough, world.action_masks[i]) for i, table in enumerate(tables))
-        world.set_deadline(_PATIENCE)
-        if isinstance(self.problem, PettingZooProblem):
-            n = play_together(world.arrays, agents)
-        else:
-            n = play(world.arrays, agents[0])
-        accounts.add(tables, n if n >= 0 else -1 - n)
-        torn, self._is_torn[tables] = self._is_torn[tables] & (n == 0), True
-        world.raise_pending()
-        self._is_torn[tables] = torn
-        longest = max(int(agent.record.steps[: max(n, 0)].max(initial=0)) for agent in agents)
-        if self.problem.is_capped and longest == self.problem.max_episode_steps and not self._was_capped:
-            self._was_capped = True
-            warnings.warn(CAPPED.format(longest), StepCapWarning, stacklevel=5)
-        return n >= 0
+        Raises
+        ------
+        ProblemError
+            If the environment cannot be copied.
+        """
+        return self._evaluate(self._state.q, self._state.declared, episodes, seed, deterministic)
 
-    def _agent(self, table: int, until: int, enough: int, action_mask: Any) -> Agent:
-        chunk = slice(int(self._accounts.done[table]), until)
-        steps, returns = self._accounts.room(table, until)
-        alpha, epsilon = (numbers[chunk] for numbers in self._course(until))
-        return Agent(
-            method=self._method(table),
-            q=self._q[table],
-            weights=self._weights,
-            step_sizes=self._step_sizes[table],
-            action_mask=action_mask,
-            settings=self._settings,
-            log=self._logs[table],
-            record=Record(steps, returns, self._trajectory[table], alpha, epsilon, enough),
-            rng=self._streams[table],
+    def evaluate_saved(self, path: str | PathLike[str], episodes: int = 100, *, seed: Seed = None) -> Evaluation | None:
+        """Evaluate the tables that an earlier part of this run has saved; None where `path` holds nothing of it.
+
+        Raises
+        ------
+        ProblemError
+            If the environment cannot be copied.
+        """
+        try:
+            saved = persistence.read(Path(path))
+        except (SavedFileError, SavedFileMissingError):
+            return None
+        q = saved.arrays["q"]
+        is_ours = saved.header["learner"] == type(self).__name__ and q.shape == self._state.q.shape
+        is_ours &= bool((saved.seed.generate_state(4) == self.seed_sequence.generate_state(4)).all())
+        if not is_ours or saved.arrays["steps"].shape[1] > self.episodes:
+            return None
+        return self._evaluate(q, self._state.restored_declared(saved.arrays), episodes, seed, None)
+
+    def _evaluate(
+        self,
+        q: FloatArray,
+        declared: Sequence[Mapping[str, Any]],
+        episodes: int,
+        seed: Seed,
+        deterministic: bool | None,
+    ) -> Evaluation:
+        sequence = child(self.seed_sequence, _EVALUATION_STREAM) if seed is None else seed_sequence(seed)
+        predictor = self._predictor(q, declared)
+        return evaluate(predictor, check_int("episodes", episodes, 1), sequence, deterministic)
+
+    def _predictor(self, q: FloatArray, declared: Sequence[Mapping[str, Any]]) -> Predictor:
+        state = self._state
+        present = state.schedules.values(self.episodes + 1)[self.episodes, state.n_own_schedules :]
+        return Predictor(
+            self.problem,
+            self._acting_policy,
+            q,
+            declared,
+            state.action_masks,
+            np.ascontiguousarray(present),
+            random_ties=self.ties == "random",
+            rng=self._prediction_rng,
         )
-
-    def _generalize(self, run: TensorStepState) -> None:
-        window = self._accounts.returns[:, self.episodes - run.step.every :].T.copy()
-        outcome = run.close_window(self.episodes, self._weights, self._logs, window)
-        if not outcome.finite:
-            self._accounts.drop_last()
-            self.diverged_at = self.episodes
-            return
-        self._weights = outcome.weights
-        if outcome.mixture is not None and self.n_tables > 1:
-            self._share(outcome.mixture)
-        if run.step.needs_decomposition:
-            run.snapshots.restart(self._logs, self._q)
-
-    def _share(self, mixture: FloatArray) -> None:
-        """Let every agent go on with the mixture of all tables."""
-        known = self._run.snapshots.states if self._run is not None and self._run.step.needs_decomposition else None
-        share_tables(self._q, mixture, known)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write everything that is needed to go on, to the last bit, into one file (no pickle).
@@ -247,20 +392,7 @@ class Learner(Tables):
         OutputError
             If it cannot be written.
         """
-        problem_header, problem_arrays = problem_parts(self.problem)
-        header = {
-            "tuckerl": __version__,
-            "learner": type(self).__name__,
-            "problem": problem_header,
-            "parameters": stored_parameters(self._parameters()),
-            "tensor_step": step_parts(self.tensor_step),
-            "seed": seed_parts(self._sequence),
-            "prediction_rng": self._prediction_rng.bit_generator.state,
-            "diverged_at": self.diverged_at,
-            "worlds": [world.saved() for world in self._worlds],
-        }
-        arrays = saved.with_prefix("problem", problem_arrays) | self._saved_arrays()
-        saved.write(Path(path), header, arrays)
+        persistence.save(self, self._state, self._prediction_rng, Path(path))
 
     @classmethod
     def load(
@@ -285,64 +417,167 @@ class Learner(Tables):
         FileNotFoundError
             If there is none.
         """
-        header, arrays = saved.read(Path(path))
-        if header["learner"] != cls.__name__:
-            held = header["learner"]
-            raise SavedFileError(f"{path} holds a {held}, not a {cls.__name__}: load it with {held}.load")
-        parameters = restored_parameters(header["parameters"])
-        problem_arrays = saved.of_prefix("problem", arrays)
-        learner = cls(
-            restored_problem(header["problem"], problem_arrays, env, Path(path), cls.reading_of(parameters)),
-            **parameters,
-            **cls._array_parameters(arrays),
-            tensor_step=restored_step(header["tensor_step"], tensor_step, Path(path)),
-            seed=restored_seed(header["seed"]),
+        return persistence.load(cls, persistence.read(Path(path)), env=env, tensor_step=tensor_step)
+
+    def restore(self, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from the content of a learner's file, which `load` has read."""
+        self._state.set_arrays(arrays)
+        self._state.diverged_at = header["diverged_at"]
+        self._prediction_rng.bit_generator.state = header["prediction_rng"]
+        for world, held in zip(self._state.worlds, header.get("worlds", ()), strict=False):  # format 1 had none
+            world.restore(held)
+
+    # What it shows.
+
+    @property
+    def episodes(self) -> int:
+        """Number of episodes finished."""
+        return self._state.history.episodes
+
+    @property
+    def history(self) -> EpisodeHistory:
+        """Steps and returns of all episodes, not to be changed: `steps` and `returns` without a copy."""
+        return self._state.history
+
+    @property
+    def steps(self) -> IntArray:
+        """Steps of each episode, (episodes, n_agents)."""
+        return self._state.history.steps.T.copy()
+
+    @property
+    def returns(self) -> FloatArray:
+        """Undiscounted return of each episode, (episodes, n_agents)."""
+        return self._state.history.returns.T.copy()
+
+    @property
+    def first_agent_steps(self) -> int:
+        """Steps of the first agent in all its episodes: what ``learn(steps=...)`` counts."""
+        return self._state.history.first_agent_steps
+
+    @property
+    def q(self) -> FloatArray:
+        """A copy of the tables, (n_agents, S, A)."""
+        return self._state.q.copy()
+
+    @property
+    def change_logs(self) -> tuple[ChangeLog, ...]:
+        """Which rows of each agent's table changed in the present window, as the kernels recorded it."""
+        return self._state.logs
+
+    @property
+    def action_mask(self) -> BoolArray | None:
+        """Where an action may be taken, as far as is known, (n_agents, S, A); None where all may."""
+        tables = self._state.action_masks
+        return np.stack(tables) if all(table.size for table in tables) else None
+
+    @property
+    def action_weights(self) -> FloatArray:
+        """The learning-rate weight of each action, (A,); ones before the first window ends."""
+        return self._state.weights.copy()
+
+    @property
+    def tensor_step_history(self) -> TensorStepHistory:
+        """The weights and the chosen agent of every window; empty without a tensor step."""
+        step = self._state.tensor_step
+        return empty_history(self.problem.n_actions) if step is None else step.history
+
+    @property
+    def loadings(self) -> Loadings | None:
+        """The factors of the latest window that the tensor step has decomposed; None before that."""
+        return None if self._state.tensor_step is None else self._state.tensor_step.loadings
+
+    @property
+    def tensor_step_seconds(self) -> float:
+        """Processor time that the tensor step has taken since this learner was made or loaded."""
+        return 0.0 if self._state.tensor_step is None else self._state.tensor_step.seconds
+
+    @property
+    def window(self) -> int:
+        """Episodes from one tensor step to the next; without one, from one call of callbacks to the next."""
+        return WINDOW if self.tensor_step is None else self.tensor_step.every
+
+    @property
+    def diverged_at(self) -> int | None:
+        """The episode in which a table was not finite any more, where learning stopped; None if there is none."""
+        return self._state.diverged_at
+
+    @property
+    def has_partial_episode(self) -> bool:
+        """Whether an error has broken off the latest episode of an agent."""
+        return bool(self._state.partial.any())
+
+    @property
+    def is_saveable(self) -> bool:
+        """Whether a file would hold what goes on as if it had never stopped: not diverged, no partial episode."""
+        return self._state.is_saveable
+
+    @property
+    def in_sync(self) -> bool:
+        """Whether all agents are at one episode, and the tensor step of the latest window is done."""
+        return self._state.in_sync
+
+    @property
+    def trajectories(self) -> tuple[IntArray, ...]:
+        """Each agent's states in its latest episode, a million at most; none if there is none that was whole."""
+        state = self._state
+        if self.episodes == 0 or not (state.history.in_sync and state.is_saveable):
+            return tuple(np.zeros(0, dtype=np.int64) for _ in range(self.n_agents))
+        last = state.history.steps[:, -1]
+        return tuple(state.trajectory[agent, : n + 1].copy() for agent, n in enumerate(last))
+
+    @property
+    def scheduled_names(self) -> tuple[str, ...]:
+        """The numbers that may follow a schedule: "alpha", then the algorithm's own and the policy's."""
+        return self._state.schedules.names
+
+    def scheduled(self, name: str) -> FloatArray:
+        """Return the values of "alpha", "epsilon" or another scheduled number in all episodes so far, (episodes,).
+
+        Raises
+        ------
+        UnknownNameError
+            If this learner has no such number.
+        """
+        schedules = self._state.schedules
+        column = schedules.names.index(check_name("scheduled number", name, schedules.names))
+        return schedules.values(self.episodes)[: self.episodes, column].copy()
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """What its constructor was given or took by default, but for arrays, the seed and the tensor step."""
+        return persistence.plain_parameters(self)
+
+    def to_frame(self) -> Any:
+        """Return the history as a Polars frame: a row for each agent and episode, with its steps and return."""
+        import polars as pl  # takes longer to import than all the rest
+
+        history = self._state.history
+        agent, episode = np.meshgrid(np.arange(self.n_agents), np.arange(self.episodes), indexing="ij")
+        columns = {"agent": agent, "episode": episode, "steps": history.steps, "return": history.returns}
+        return pl.DataFrame({name: values.ravel() for name, values in columns.items()})
+
+    def __repr__(self) -> str:
+        parameters = self.parameters | {"tensor_step": self.tensor_step}
+        listed = ", ".join(f"{name}={value!r}" for name, value in parameters.items())
+        return f"{type(self).__name__}({self.problem}, {listed}): {self.episodes} episodes"
+
+
+_own = signature(Learner.__init__)
+Learner.__signature__ = _own.replace(parameters=list(_own.parameters.values())[1:])  # type: ignore[attr-defined]
+
+
+def _n_agents(problem: Problem, n_agents: int, step: TensorStep | None) -> int:
+    """Return how many agents there are to be."""
+    if not isinstance(problem, PettingZooProblem):
+        return n_agents
+    if n_agents != 1:
+        raise ParameterError(
+            f"n_agents must stay 1 where each of the environment's {len(problem.agents)} agents has a table; got "
+            f"{n_agents}"
         )
-        learner.diverged_at = header["diverged_at"]
-        learner._prediction_rng.bit_generator.state = header["prediction_rng"]
-        learner._restore_arrays(arrays)
-        for world, state in zip(learner._worlds, header.get("worlds", ()), strict=False):  # format 1 had none
-            world.restore(state)
-        return learner
-
-    @classmethod
-    def _array_parameters(cls, arrays: saved.Arrays) -> dict[str, Any]:
-        """Return the parameters that the constructor takes as arrays."""
-        initial_q = arrays["initial_q"]
-        return {"initial_q": float(initial_q) if initial_q.ndim == 0 else initial_q}
-
-    def _saved_arrays(self) -> saved.Arrays:
-        """Return all that learning changes, and the parameters that are arrays."""
-        uniform = self._initial_q.strides == (0, 0)
-        # Of every table, also of one that is ahead of others; none where an error broke off somebody's latest episode.
-        sizes = self._accounts.latest_steps[:, np.newaxis] + 1 if self.is_intact else np.zeros((1, 1), dtype=np.int64)
-        trajectory = self._trajectory[:, : sizes.max()].copy()
-        trajectory *= np.arange(trajectory.shape[1]) < sizes  # what earlier episodes left behind its end
-        arrays: saved.Arrays = {
-            "initial_q": self._initial_q[0, 0] if uniform else self._initial_q,
-            "q": self._q,
-            "weights": self._weights,
-            "trajectory": trajectory,
-            "streams": np.stack(self._streams),
-        }
-        arrays |= self._accounts.saved()
-        for table, log in enumerate(self._logs):
-            arrays |= saved.with_prefix(f"log{table}", saved_log(log))
-        for table, mask in enumerate(mask for world in self._worlds for mask in world.action_masks):
-            arrays[f"forbidden{table}"] = ~mask
-        return arrays if self._run is None else arrays | saved.with_prefix("step", self._run.saved())
-
-    def _restore_arrays(self, arrays: saved.Arrays) -> None:
-        """Go on from what `_saved_arrays` returned."""
-        self._q, self._weights = arrays["q"], arrays["weights"]
-        self._accounts.restore(arrays)
-        self._trajectory[:, : arrays["trajectory"].shape[1]] = arrays["trajectory"]
-        self._is_torn[:] = self._accounts.furthest > 0 and arrays["trajectory"].size == 0
-        self._streams = list(arrays["streams"])
-        for table, log in enumerate(self._logs):
-            restore_log(log, saved.of_prefix(f"log{table}", arrays))
-        for table, mask in enumerate(mask for world in self._worlds for mask in world.action_masks):
-            if mask.flags.writeable and f"forbidden{table}" in arrays:
-                mask[...] = ~arrays[f"forbidden{table}"]
-        if self._run is not None:
-            self._run.restore(saved.of_prefix("step", arrays))
+    if step is not None and not problem.are_equal:
+        raise ProblemError(
+            "a tensor step needs agents whose observations and actions have equal spaces, as it puts their tables "
+            f"into one tensor; those of {problem.source} differ: leave tensor_step out"
+        )
+    return len(problem.agents)

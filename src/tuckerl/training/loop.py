@@ -1,98 +1,90 @@
-"""The loops that all algorithms are played in: an agent alone in its world, or several agents in one world.
+"""The loops that all algorithms are played in: one agent in its own world, or several agents in one world."""
 
-An algorithm is three kernels: `first` chooses an episode's first action, `turn` learns from a step and chooses the next
-action, `leave` ends an episode. It is listed by `algorithm`, in its own file, under the type of its own NamedTuple; the
-choice is made when a loop is compiled.
-"""
-
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from tuckerl._jit import by_kind, kernel
+from tuckerl._jit import kernel
 from tuckerl.adapters.pettingzoo_problem import PettingZooArrays, step_together
 from tuckerl.adapters.python_world import TERMINATED
 from tuckerl.generalization.change_log import close_episode
-from tuckerl.training.agent_arrays import Agent, Transition, note_episode, note_state, set_step_sizes
+from tuckerl.training.agent_arrays import (
+    AgentArrays,
+    Transition,
+    begin_episode,
+    record_episode,
+    record_state,
+)
+from tuckerl.training.algorithm import NOT_FINITE, act, end_episode, learn_and_act
 from tuckerl.training.dynamics import WorldArrays, halted, out_of_time, reset, step
 
-NOT_FINITE = -1
-"""What `turn` returns instead of an action when a value has left the finite numbers."""
 
-_FIRST: dict[type, Callable[..., int]] = {}
-_TURN: dict[type, Callable[..., int]] = {}
-_LEAVE: dict[type, Callable[..., bool]] = {}
-
-_first, _turn, _leave = by_kind(_FIRST), by_kind(_TURN), by_kind(_LEAVE)
-
-
-def algorithm(
-    method: type, *, first: Callable[..., int], turn: Callable[..., int], leave: Callable[..., bool] | None = None
-) -> None:
-    """List an algorithm under the type of its own NamedTuple.
+@kernel
+def play(world: WorldArrays, agent: AgentArrays) -> int:
+    """Let an agent play and learn the episodes that its record has room for.
 
     Parameters
     ----------
-    method : type
-    first : kernel ``(method, agent, state, epsilon) -> action``
-    turn : kernel ``(method, agent, transition, epsilon) -> next action``
-        Returns `NOT_FINITE` where a value is; anything after the end.
-    leave : kernel ``(method, agent, finished) -> bool``, optional
-        Ends an episode, or breaks it off; returns whether the table is finite. Default: nothing to do.
+    world : NamedTuple
+        The problem's arrays; its type selects the problem's kernels.
+    agent : AgentArrays
+
+    Returns
+    -------
+    int
+        The number of episodes finished: fewer than there is room for where ``agent.record.max_steps`` was reached or
+        the world asked to return; -1 minus that number where a value was then not finite any more.
     """
-    _FIRST[method], _TURN[method], _LEAVE[method] = first, turn, leave or _leave_as_it_is
-
-
-@kernel
-def _leave_as_it_is(method: Any, agent: Agent, finished: bool) -> bool:
-    return True
-
-
-@kernel
-def play(world: WorldArrays, agent: Agent) -> int:
-    """Let an agent play and learn the episodes that its record has room for.
-
-    Return how many were finished: fewer where the steps were enough or the world halted, and -1 minus their number
-    where the table then left the finite numbers.
-    """
-    method, record, settings, n_steps = agent.method, agent.record, agent.settings, 0
+    record, settings, n_steps = agent.record, agent.settings, 0
     for episode in range(record.steps.size):
-        if n_steps >= record.enough:
+        if n_steps >= record.max_steps:
             return episode
-        state, steps, total, ended, epsilon = reset(world, agent.rng), 0, 0.0, False, record.epsilon[episode]
+        state, steps, total, ended = reset(world, agent.rng), 0, 0.0, False
         if halted(world):
             return episode
-        set_step_sizes(agent, episode)
-        note_state(record, 0, state)
-        action: Any = np.uint32(_first(method, agent, state, epsilon))  # unsigned, as states are: a tenth of the time
+        begin_episode(agent, episode)
+        record_state(record, 0, state)
+        action: Any = np.uint32(act(agent.algorithm, agent, state))  # unsigned, as states are: a tenth of the time
         while not ended:
             next_state, reward, terminated = step(world, state, action, agent.rng)
             if halted(world):
-                _leave(method, agent, False)
+                end_episode(agent.algorithm, agent, False)
                 return episode
             steps, total = steps + 1, total + reward
             ended = terminated or out_of_time(world, steps)
             discount = settings.terminal_discount if terminated else settings.gamma
-            chosen = _turn(method, agent, Transition(state, action, reward, discount, next_state, ended), epsilon)
+            transition = Transition(state, action, reward, discount, next_state, ended)
+            chosen = learn_and_act(agent.algorithm, agent, transition)
             if chosen == NOT_FINITE:
                 return -1 - episode
             state, action = next_state, np.uint32(chosen)
-            note_state(record, steps, state)
-        if not _leave(method, agent, True):
+            record_state(record, steps, state)
+        if not end_episode(agent.algorithm, agent, True):
             return -1 - episode
-        note_episode(record, episode, steps, total)
+        record_episode(record, episode, steps, total)
         close_episode(agent.log, agent.q)
         n_steps += steps
     return record.steps.size
 
 
 @kernel
-def play_together(world: PettingZooArrays, agents: tuple[Agent, ...]) -> int:
-    """Let the agents of one world play and learn the episodes that their records have room for; return as `play`."""
+def play_together(world: PettingZooArrays, agents: tuple[AgentArrays, ...]) -> int:
+    """Let the agents of one world play and learn the episodes that their records have room for.
+
+    Parameters
+    ----------
+    world : PettingZooArrays
+    agents : tuple of AgentArrays
+        In the order of the world's agents.
+
+    Returns
+    -------
+    int
+        As of `play`; the first agent's record says after how many steps no further episode begins.
+    """
     record, n_steps = agents[0].record, 0
     for episode in range(record.steps.size):
-        if n_steps >= record.enough:
+        if n_steps >= record.max_steps:
             return episode
         step_together(world, True)
         if halted(world):
@@ -105,7 +97,7 @@ def play_together(world: PettingZooArrays, agents: tuple[Agent, ...]) -> int:
                 _break_off(agents)
                 return episode
             steps += 1
-            n_playing = _turn_together(world, agents, episode, steps)
+            n_playing = _learn_together(world, agents, episode, steps)
             if n_playing < 0:
                 return -1 - episode
         for agent in agents:
@@ -115,42 +107,42 @@ def play_together(world: PettingZooArrays, agents: tuple[Agent, ...]) -> int:
 
 
 @kernel
-def _begin_together(world: PettingZooArrays, agents: tuple[Agent, ...], episode: int) -> None:
-    for player in range(len(agents)):
-        agent = agents[player]
-        agent.record.steps[episode], agent.record.returns[episode] = 0, 0.0
-        set_step_sizes(agent, episode)
-        if world.playing[player]:
-            state = world.state[player]
-            note_state(agent.record, 0, state)
-            world.action[player] = _first(agent.method, agent, state, agent.record.epsilon[episode])
+def _begin_together(world: PettingZooArrays, agents: tuple[AgentArrays, ...], episode: int) -> None:
+    for i in range(len(agents)):
+        agent = agents[i]
+        record_episode(agent.record, episode, 0, 0.0)
+        begin_episode(agent, episode)
+        if world.playing[i]:
+            state = world.state[i]
+            record_state(agent.record, 0, state)
+            world.action[i] = act(agent.algorithm, agent, state)
 
 
 @kernel
-def _turn_together(world: PettingZooArrays, agents: tuple[Agent, ...], episode: int, steps: int) -> int:
-    """Let every agent that was playing learn from the step; return how many play on, -1 where one is not finite."""
+def _learn_together(world: PettingZooArrays, agents: tuple[AgentArrays, ...], episode: int, steps: int) -> int:
+    """Let every agent that was playing learn from the step; return how many play on, -1 if a value is not finite."""
     n_playing = 0
-    for player in range(len(agents)):
-        if not world.playing[player]:
+    for i in range(len(agents)):
+        if not world.playing[i]:
             continue
-        agent = agents[player]
-        state, action, next_state = world.before[player], world.action[player], world.state[player]
-        reward, terminated = world.reward[player], world.end[player] == TERMINATED
-        ended = world.end[player] > 0 or steps >= world.max_episode_steps
+        agent = agents[i]
+        state, action, next_state = world.before[i], world.action[i], world.state[i]
+        reward, terminated = world.reward[i], world.end[i] == TERMINATED
+        ended = world.end[i] > 0 or steps >= world.max_episode_steps
         discount = agent.settings.terminal_discount if terminated else agent.settings.gamma
-        seen = Transition(state, action, reward, discount, next_state, ended)
-        action = _turn(agent.method, agent, seen, agent.record.epsilon[episode])
-        if action == NOT_FINITE or (ended and not _leave(agent.method, agent, True)):
+        transition = Transition(state, action, reward, discount, next_state, ended)
+        action = learn_and_act(agent.algorithm, agent, transition)
+        if action == NOT_FINITE or (ended and not end_episode(agent.algorithm, agent, True)):
             return -1
-        world.action[player] = action
-        note_state(agent.record, steps, next_state)
-        note_episode(agent.record, episode, steps, agent.record.returns[episode] + reward)
-        world.playing[player] = not ended
+        world.action[i] = action
+        record_state(agent.record, steps, next_state)
+        record_episode(agent.record, episode, steps, agent.record.returns[episode] + reward)
+        world.playing[i] = not ended
         n_playing += not ended
     return n_playing
 
 
 @kernel
-def _break_off(agents: tuple[Agent, ...]) -> None:
+def _break_off(agents: tuple[AgentArrays, ...]) -> None:
     for agent in agents:
-        _leave(agent.method, agent, False)
+        end_episode(agent.algorithm, agent, False)

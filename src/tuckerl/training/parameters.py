@@ -1,34 +1,35 @@
 """The parameters that all learners take, and checks of those that only learners know."""
 
 import os
-from collections.abc import Mapping
-from difflib import get_close_matches
-from inspect import Parameter, signature
+from inspect import Parameter, Signature, signature
 from numbers import Real
-from typing import Any, Literal, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.resolve import Problem
 from tuckerl.checks import check_real
-from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TableSizeError
+from tuckerl.errors import ParameterError, ParameterTypeError, TableSizeError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
+from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy
+from tuckerl.training.policies.policy import Policy
 from tuckerl.training.schedules import Schedule
 from tuckerl.types import FloatArray, Seed
 
-PLAIN_PARAMETERS = ("alpha", "gamma", "epsilon", "epsilon_decay", "ties", "n_agents", "bootstrap_terminal", "compiled")
-"""Those that a saved file holds as JSON."""
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+NOT_SAVED = ("env", "tensor_step", "seed", "bins")
+"""Constructor parameters that a saved file holds in forms of their own, or in its problem."""
 
 
 class LearnerParameters(TypedDict, total=False):
-    """The keyword parameters that all learners take; see :class:`Learner`."""
+    """The keyword parameters that all learners take; see :class:`~tuckerl.training.learner.Learner`."""
 
     alpha: float | Schedule
     gamma: float
-    epsilon: float | Schedule
+    epsilon: float | Schedule | None
     epsilon_decay: float
     ties: Literal["random", "first"]
     initial_q: float | ArrayLike
@@ -37,10 +38,27 @@ class LearnerParameters(TypedDict, total=False):
     tensor_step: TensorStep | None
     seed: Seed
     bins: Any
+    policy: Policy | None
     compiled: Literal["auto"] | bool
 
 
-def check_known(learner: type, parameters: Mapping[str, object]) -> None:
+def merged_signature(own: Signature, base: Signature) -> Signature:
+    """Return a constructor's signature with the base's keywords in the place of its ``**parameters``."""
+    if not any(parameter.kind is Parameter.VAR_KEYWORD for parameter in own.parameters.values()):
+        return own
+    kept = [p for p in own.parameters.values() if p.kind is not Parameter.VAR_KEYWORD]
+    names = {parameter.name for parameter in kept}
+    more = [p for p in base.parameters.values() if p.kind is Parameter.KEYWORD_ONLY and p.name not in names]
+    return own.replace(parameters=[*kept, *more])
+
+
+def keywords_of(learner: type) -> tuple[str, ...]:
+    """Return the names of the keyword parameters that a learner's constructor takes."""
+    parameters = signature(learner).parameters.values()
+    return tuple(parameter.name for parameter in parameters if parameter.kind is Parameter.KEYWORD_ONLY)
+
+
+def check_known(learner: type, parameters: "Mapping[str, object]") -> None:
     """Refuse parameters that a learner does not take.
 
     Raises
@@ -48,11 +66,12 @@ def check_known(learner: type, parameters: Mapping[str, object]) -> None:
     ParameterTypeError
         If there is one.
     """
-    unknown = set(parameters) - set(LearnerParameters.__annotations__)
+    from difflib import get_close_matches
+
+    known = keywords_of(learner)
+    unknown = set(parameters) - {*known, "env"}
     if unknown:
         name = min(unknown)
-        own = [p.name for p in signature(learner).parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
-        known = [*own, *LearnerParameters.__annotations__]
         close = get_close_matches(name, known, n=1)
         hint = f"did you mean {close[0]!r}?" if close else f"it takes {', '.join(known)}"
         raise ParameterTypeError(f"{learner.__name__} has no parameter {name!r}: {hint}")
@@ -69,6 +88,25 @@ def check_step(step: object) -> TensorStep | None:
     if step is None or isinstance(step, TensorStep):
         return step
     raise ParameterTypeError(f"tensor_step must be a tuckerl.TensorStep or None; got {step!r}")
+
+
+def check_policy(policy: object, epsilon: Any, decay: float) -> Policy:
+    """Return the policy that is given, or the epsilon-greedy one that `epsilon` stands for.
+
+    Raises
+    ------
+    ParameterError
+        If both are given.
+    ParameterTypeError
+        If `policy` is no policy.
+    """
+    if policy is None:
+        return EpsilonGreedy(0.1 if epsilon is None else epsilon, decay)
+    if not isinstance(policy, Policy):
+        raise ParameterTypeError(f"policy must be a policy such as tuckerl.EpsilonGreedy(0.1); got {policy!r}")
+    if epsilon is not None or decay != 1.0:
+        raise ParameterError(f"epsilon belongs to the default policy: leave it out, or leave out policy={policy!r}")
+    return policy
 
 
 def check_initial_q(initial_q: object, shape: tuple[int, int]) -> FloatArray:
@@ -92,37 +130,21 @@ def check_initial_q(initial_q: object, shape: tuple[int, int]) -> FloatArray:
     return table
 
 
-def check_size(problem: Problem, n_agents: int, step: TensorStep | None) -> int:
-    """Return how many tables there are to be, if the machine has memory for them.
+def check_memory(n_agents: int, n_states: int, n_actions: int) -> None:
+    """Refuse tables that the machine has no memory for.
 
     Raises
     ------
-    ParameterError, ProblemError
-        If agents of a PettingZoo environment are asked for more than once, or with a tensor step and unequal spaces.
     TableSizeError
-        If the tables are larger than the machine's memory.
+        If that is so.
     """
-    n_tables = n_agents
-    if isinstance(problem, PettingZooProblem):
-        n_tables = len(problem.agents)
-        if n_agents != 1:
-            raise ParameterError(
-                f"n_agents must stay 1 where each of the environment's {n_tables} agents has a table; got {n_agents}"
-            )
-        if step is not None and not problem.are_equal:
-            raise ProblemError(
-                "a tensor step needs agents whose observations and actions have equal spaces, as it puts their tables "
-                f"into one tensor; those of {problem.source} differ: leave tensor_step out"
-            )
-    size = n_tables * problem.n_states * problem.n_actions * 8
+    size = n_agents * n_states * n_actions * 8
     memory = _memory()
     if size > memory:
         raise TableSizeError(
-            f"the tables would take {size / 2**30:,.1f} GiB ({n_tables} x {problem.n_states} states x "
-            f"{problem.n_actions} actions x 8 bytes), and this machine has {memory / 2**30:,.1f}: use fewer bins, "
-            "agents or actions"
+            f"the tables would take {size / 2**30:,.1f} GiB ({n_agents} x {n_states} states x {n_actions} actions x 8 "
+            f"bytes), and this machine has {memory / 2**30:,.1f}: use fewer bins, agents or actions"
         )
-    return n_tables
 
 
 def _memory() -> int:

@@ -1,25 +1,32 @@
-"""How a problem, a tensor step and a seed are put into a file's header and arrays, and how they come back."""
+"""Saving a learner to a file and loading it again, to go on to the last bit.
+
+What code is, no file holds: functions, and environments that are not known by an id, are given again to `load`.
+"""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from tuckerl.adapters.gymnasium_problem import Edges, GymnasiumProblem
-from tuckerl.adapters.pettingzoo_problem import EdgesOfAgents, PettingZooProblem
-from tuckerl.adapters.resolve import Environment, Problem, Reading, as_problem
+from tuckerl._version import __version__
+from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.generalization.step import TensorStep
-from tuckerl.problems.mdp import MDPArrays, TabularMDP
-from tuckerl.problems.simulator import Simulator
+from tuckerl.training import learner_file
 from tuckerl.training.learner_file import Arrays, Header, of_prefix, with_prefix
+from tuckerl.training.parameters import NOT_SAVED, keywords_of
+from tuckerl.training.policies import policy_class
+from tuckerl.training.policies.policy import Policy
+from tuckerl.training.saved_problems import problem_parts, restored_problem
 from tuckerl.training.schedules import as_json, from_json
+from tuckerl.training.training_state import TrainingState
 
-_STEPPED = (GymnasiumProblem, PettingZooProblem)
-_STORED_KINDS: dict[type, str] = {GymnasiumProblem: "SteppedProblem", PettingZooProblem: "PlayersProblem"}
-"""What the kinds of problem are called in files."""
+if TYPE_CHECKING:
+    from tuckerl.training.learner import Learner
+
+_Learner = TypeVar("_Learner", bound="Learner")
 
 _STORED_NAMES = {"compiled": "lift", "cut_traces": "cut", "search_control": "walk"}
 _STORED_VALUES: dict[str, dict[Any, Any]] = {
@@ -28,133 +35,98 @@ _STORED_VALUES: dict[str, dict[Any, Any]] = {
 }
 """What formats 1 and 2 call parameters and their values that have other names today."""
 
-_GIVE_ENV = "pass load() its env, or name it with --env in a command"
+
+class SavedLearner(NamedTuple):
+    """The content of a learner's file."""
+
+    path: Path
+    header: Header
+    arrays: Arrays
+
+    @property
+    def seed(self) -> np.random.SeedSequence:
+        """The learner's seed."""
+        return np.random.SeedSequence(self.header["seed"]["entropy"], spawn_key=self.header["seed"]["spawn_key"])
 
 
-def problem_parts(problem: Problem) -> tuple[Header, Arrays]:
-    """Return a problem as header and arrays; of one that is code, only its sizes, its id and its bins."""
-    if isinstance(problem, Simulator):
-        return {"simulator": _sizes(problem), "source": problem.source}, {}
-    if isinstance(problem, _STEPPED):
-        header = {"id": problem.id, "source": problem.source, "sizes": _sizes(problem), "agents": _agents(problem)}
-        return {_STORED_KINDS[type(problem)]: header}, _edges_of(problem)
-    parts = problem.arrays._asdict()
-    arrays: Arrays = {name: part for name, part in parts.items() if isinstance(part, np.ndarray)}
-    numbers = {name: part for name, part in parts.items() if name not in arrays}
-    arrays["forbidden"] = ~arrays.pop("action_mask")
-    if problem.heuristic is not None:
-        arrays["heuristic"] = problem.heuristic
-    own = {"n_states": problem.n_states, "action_sizes": list(problem.action_sizes), "layout": problem.layout}
-    own |= {"is_capped": problem.is_capped, "source": problem.source}
-    return numbers | own, arrays
+def read(path: Path) -> SavedLearner:
+    """Return the content of a learner's file; see :func:`tuckerl.training.learner_file.read` for the errors."""
+    return SavedLearner(path, *learner_file.read(path))
 
 
-def _sizes(problem: Problem) -> list[int | None]:
-    return [problem.n_states, problem.n_actions, problem.max_episode_steps]
+def plain_parameters(learner: "Learner") -> dict[str, Any]:
+    """Return a learner's constructor parameters that are no arrays, by name."""
+    names = [name for name in keywords_of(type(learner)) if name not in NOT_SAVED]
+    values = {name: getattr(learner, name) for name in names}
+    if learner.problem.shares_world:
+        values["n_agents"] = 1  # as it was given: there is one environment
+    if values["policy"] is None:
+        del values["policy"]
+    return {name: value for name, value in values.items() if not isinstance(value, np.ndarray)}
 
 
-def _agents(problem: GymnasiumProblem | PettingZooProblem) -> list[str]:
-    return [str(name) for name in problem.agents]
-
-
-def _edges_of(problem: GymnasiumProblem | PettingZooProblem) -> Arrays:
-    encoders = problem.observations if isinstance(problem, PettingZooProblem) else (problem.observations,)
-    arrays: Arrays = {}
-    for place, encoder in enumerate(encoders):
-        arrays |= with_prefix(f"edges{place}", {f"{i:06}": edges for i, edges in enumerate(encoder.edges)})
-    return arrays
-
-
-def restored_problem(header: Header, arrays: Arrays, env: Environment | None, path: Path, reading: Reading) -> Problem:
-    """Return the problem that `problem_parts` took apart; one that is code, from the environment that is given.
+def save(learner: "Learner", state: TrainingState, prediction_rng: np.random.Generator, path: Path) -> None:
+    """Write a learner into a file.
 
     Raises
     ------
-    SavedFileError
-        If an environment is needed and none is given.
-    ParameterError
-        If the one given is another kind of problem or has other sizes, or none is needed.
+    OutputError
+        If it cannot be written.
     """
-    if "simulator" in header:
-        if env is None:
-            raise SavedFileError(f"{path} was learned on a simulator, whose functions no file holds: {_GIVE_ENV}")
-        return _same(as_problem(env, reading), Simulator, header["simulator"], path)
-    for kind, stored in _STORED_KINDS.items():
-        if stored in header:
-            return _restored_environment(header[stored], kind, arrays, env, path, reading)
-    if env is not None:
-        raise ParameterError(f"{path} holds all of its problem: load it without env")
-    return _restored_table(header, arrays)
+    problem_header, problem_arrays = problem_parts(learner.problem)
+    header = {
+        "tuckerl": __version__,
+        "learner": type(learner).__name__,
+        "problem": problem_header,
+        "parameters": _stored_parameters(plain_parameters(learner)),
+        "tensor_step": _stored_step(learner.tensor_step),
+        "seed": _stored_seed(learner.seed_sequence),
+        "prediction_rng": prediction_rng.bit_generator.state,
+        "diverged_at": state.diverged_at,
+        "worlds": [world.saved() for world in state.worlds],
+    }
+    arrays = with_prefix("problem", problem_arrays) | _array_parameters(learner) | state.to_arrays()
+    learner_file.write(path, header, arrays)
 
 
-def _restored_environment(
-    header: Header, kind: type, arrays: Arrays, env: Environment | None, path: Path, reading: Reading
-) -> Problem:
-    if env is None and header["id"] is None:
-        raise SavedFileError(
-            f"{path} was learned on an environment that no file holds, {header['source']}: {_GIVE_ENV}"
-        )
-    n_codings = len(header["agents"]) if kind is PettingZooProblem else 1
-    edges = tuple(Edges(tuple(of_prefix(f"edges{place}", arrays).values())) for place in range(n_codings))
-    bins: Any = None
-    if arrays:
-        bins = EdgesOfAgents(edges) if kind is PettingZooProblem else edges[0]
-    given = header["id"] if env is None else env
-    try:
-        problem = as_problem(given, replace(reading, bins=bins, compiled=False))
-    except ParameterError as error:  # the edges belong to another space
-        raise ParameterError(f"env must be the one that {path} was saved with, {header['source']}: {error}") from error
-    problem = _same(problem, kind, header["sizes"], path)
-    if isinstance(problem, _STEPPED) and _agents(problem) != header["agents"]:
-        raise ParameterError(
-            f"env must be the one that {path} was saved with, of the agents {', '.join(header['agents'])}, in this "
-            f"order; got {', '.join(_agents(problem))}"
-        )
-    return problem
+def _array_parameters(learner: "Learner") -> Arrays:
+    """Return a learner's constructor parameters that are arrays; a uniform first table as one number."""
+    arrays: Arrays = {}
+    for name in keywords_of(type(learner)):
+        value = getattr(learner, name) if name not in NOT_SAVED else None
+        if isinstance(value, np.ndarray):
+            arrays[name] = value[(0,) * value.ndim] if not any(value.strides) else value
+    return arrays
 
 
-def _same(problem: Problem, kind: type, sizes: list[int | None], path: Path) -> Problem:
-    if not isinstance(problem, kind) or _sizes(problem) != sizes:
-        what = "a simulator" if kind is Simulator else "an environment"
-        raise ParameterError(
-            f"env must be the one that {path} was saved with, {what} with (states, actions, time limit) {sizes}; "
-            f"got {problem}"
-        )
-    return problem
-
-
-def _restored_table(header: Header, arrays: Arrays) -> TabularMDP:
-    no_masks = np.zeros((0, 0), dtype=np.bool_)  # of which format 1 knew nothing
-    parts: dict[str, Any] = {"action_mask": no_masks} | header | arrays
-    if "forbidden" in arrays:
-        parts["action_mask"] = ~arrays["forbidden"]
-    mdp = MDPArrays(**{name: parts[name] for name in MDPArrays._fields})
-    layout = header.get("layout")
-    problem = TabularMDP.from_arrays(
-        mdp,
-        header["n_states"],
-        arrays.get("heuristic"),
-        tuple(header["action_sizes"]),
-        None if layout is None else (layout[0], layout[1]),
+def load(
+    kind: type[_Learner], saved: SavedLearner, *, env: Environment | None, tensor_step: TensorStep | None
+) -> _Learner:
+    """Return the learner that a file holds; see :meth:`tuckerl.training.learner.Learner.load` for the errors."""
+    path, header, arrays = saved
+    if header["learner"] != kind.__name__:
+        held = header["learner"]
+        raise SavedFileError(f"{path} holds a {held}, not a {kind.__name__}: load it with {held}.load")
+    parameters = _restored_parameters(header["parameters"])
+    for name in keywords_of(kind):
+        if name in arrays:
+            parameters[name] = float(arrays[name]) if arrays[name].ndim == 0 else arrays[name]
+    problem = restored_problem(header["problem"], of_prefix("problem", arrays), env, path, kind.reading_of(parameters))
+    learner = kind(
+        problem, **parameters, tensor_step=_restored_step(header["tensor_step"], tensor_step, path), seed=saved.seed
     )
-    problem.is_capped = header.get("is_capped", False)
-    problem.source = header.get("source")
-    return problem
+    learner.restore(header, arrays)
+    return learner
 
 
-def seed_parts(sequence: np.random.SeedSequence) -> Header:
+def _stored_seed(sequence: np.random.SeedSequence) -> Header:
     """Return what makes `sequence` again."""
     entropy: Any = sequence.entropy
     words = [int(word) for word in entropy] if isinstance(entropy, Iterable) else int(entropy)
     return {"entropy": words, "spawn_key": [int(key) for key in sequence.spawn_key]}
 
 
-def restored_seed(header: Header) -> np.random.SeedSequence:
-    """Return the sequence that `seed_parts` took apart."""
-    return np.random.SeedSequence(header["entropy"], spawn_key=header["spawn_key"])
-
-
-def step_parts(step: TensorStep | None) -> Header | None:
+def _stored_step(step: TensorStep | None) -> Header | None:
     """Return a tensor step's parameters; None stands for a user's function, which a file of data cannot hold."""
     if step is None:
         return None
@@ -162,8 +134,8 @@ def step_parts(step: TensorStep | None) -> Header | None:
     return {name: None if callable(value) else value for name, value in parameters.items()}
 
 
-def restored_step(header: Header | None, given: TensorStep | None, path: Path) -> TensorStep | None:
-    """Return the tensor step that `step_parts` took apart, with the functions of the one `given` in its place.
+def _restored_step(header: Header | None, given: TensorStep | None, path: Path) -> TensorStep | None:
+    """Return the tensor step that `_stored_step` returned, with the functions of the one `given` in its place.
 
     Raises
     ------
@@ -193,21 +165,41 @@ def restored_step(header: Header | None, given: TensorStep | None, path: Path) -
     return given
 
 
-def stored_parameters(parameters: Mapping[str, Any]) -> Header:
+def _stored_parameters(parameters: Mapping[str, Any]) -> Header:
     """Return a learner's parameters as JSON, under the names that files know them by."""
-    header = {}
+    header: Header = {}
     for name, value in parameters.items():
         values = _STORED_VALUES.get(name)
-        header[_STORED_NAMES.get(name, name)] = as_json(value) if values is None else values.get(value, value)
+        plain = _policy_as_json(value) if isinstance(value, Policy) else as_json(value)
+        header[_STORED_NAMES.get(name, name)] = plain if values is None else values.get(value, value)
     return header
 
 
-def restored_parameters(header: Header) -> dict[str, Any]:
-    """Return the parameters that `stored_parameters` took apart."""
+def _restored_parameters(header: Header) -> dict[str, Any]:
+    """Return the parameters that `_stored_parameters` was given."""
     names = {stored: name for name, stored in _STORED_NAMES.items()}
-    parameters = {names.get(stored, stored): from_json(value) for stored, value in header.items()}
-    for name, values in _STORED_VALUES.items():
-        if name in parameters:
-            meant = {stored: value for value, stored in values.items()}
-            parameters[name] = meant.get(parameters[name], parameters[name])
+    parameters: dict[str, Any] = {}
+    for stored, value in header.items():
+        name = names.get(stored, stored)
+        meant = {stored_value: own for own, stored_value in _STORED_VALUES.get(name, {}).items()}
+        if name == "policy" and value is not None:
+            parameters[name] = _policy_from_json(value)
+        else:
+            parameters[name] = meant[value] if isinstance(value, (str, bool)) and value in meant else from_json(value)
+    if "policy" in parameters:
+        parameters["epsilon"] = None
     return parameters
+
+
+def _policy_as_json(policy: Policy) -> Header:
+    """Return a registered policy by its class and its constructor's parameters, which it keeps as attributes."""
+    kind = type(policy).__name__
+    if policy_class(kind) is not type(policy):
+        raise ParameterError(f"only tuckerl's own policies can be saved in a file; {policy!r} is none of them")
+    numbers = {name: as_json(getattr(policy, name)) for name in policy.parameters()}
+    return {"policy": kind} | numbers
+
+
+def _policy_from_json(header: Header) -> Policy:
+    numbers = {name: from_json(value) for name, value in header.items() if name != "policy"}
+    return policy_class(header["policy"])(**numbers)

@@ -2,8 +2,9 @@
 
 import dataclasses
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,11 +21,35 @@ class Schedule(ABC):
         """Return the numbers of the episodes 0 to `n_episodes` - 1, (n_episodes,) float64."""
 
 
-class ScheduleValues(NamedTuple):
-    """What changes from episode to episode, for the first E of them."""
+class ScheduleValues:
+    """The values of several schedules by episode, worked out as far as they are needed.
 
-    alpha: FloatArray  # (E,)
-    epsilon: FloatArray  # (E,)
+    Parameters
+    ----------
+    schedules : dict of Schedule by name
+    """
+
+    def __init__(self, schedules: Mapping[str, Schedule]) -> None:
+        self._schedules = dict(schedules)
+        self._values: FloatArray = np.zeros((0, self.n))
+
+    @property
+    def n(self) -> int:
+        """How many schedules there are."""
+        return len(self._schedules)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Their names in the order of the columns."""
+        return tuple(self._schedules)
+
+    def values(self, n_episodes: int) -> FloatArray:
+        """Return the values of the episodes from 0 to `n_episodes` - 1 at least, (episodes, n); not to be changed."""
+        if len(self._values) < n_episodes:
+            more = max(n_episodes, 2 * len(self._values))
+            columns = [schedule.values(more) for schedule in self._schedules.values()]
+            self._values = np.ascontiguousarray(np.stack(columns, axis=1))
+        return self._values
 
 
 @dataclass(frozen=True)

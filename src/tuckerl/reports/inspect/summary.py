@@ -31,7 +31,7 @@ def learner_lines(learner: Learner) -> list[str]:
         )
     steps = int(learner.steps.sum())
     lines.append(
-        f"Learned: {counted(learner.episodes, 'episode')}, {counted(learner.n_tables, 'agent')}, "
+        f"Learned: {counted(learner.episodes, 'episode')}, {counted(learner.n_agents, 'agent')}, "
         f"{counted(steps, 'step')}"
     )
     if learner.diverged_at is not None:

@@ -1,4 +1,4 @@
-"""What is called while a learner learns: at the end of every window of episodes, when it is at rest and can be saved.
+"""What is called while a learner learns: at the end of every window of episodes, when it could be saved.
 
 A callback is an object with three methods, of which a subclass writes those it needs, or just a function that takes the
 learner. To stop learning, `on_window` or the function returns False.
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Callback:
-    """Something that follows a learner.
+    """Something that is called while a learner learns.
 
     Its methods may look at everything and change nothing. An error in one of them ends learning as Ctrl-C does: all
     callbacks hear of the end, and the learner can go on.
@@ -43,14 +43,14 @@ class Callback:
         self.every = None if every is None else check_int("every", every, 1)
 
     def on_start(self, learner: "Learner") -> None:
-        """Follow a call of `learn` from its beginning."""
+        """Prepare for a call of `learn`."""
 
     def on_window(self, learner: "Learner") -> bool | None:
         """Look at the learner after a window; False ends learning."""
         return None
 
     def on_end(self, learner: "Learner") -> None:
-        """Follow to the end, whether it is reached, an error or Ctrl-C."""
+        """Finish, whether the end was reached or an error or Ctrl-C came before."""
 
 
 CallbackLike = Callback | Callable[["Learner"], object]
@@ -69,16 +69,16 @@ class _Function(Callback):
         return bool(answer) if isinstance(answer, (bool, np.bool_)) else None
 
 
-def _as_callbacks(followers: Sequence[CallbackLike]) -> tuple[Callback, ...]:
+def _as_callbacks(callbacks: Sequence[CallbackLike]) -> tuple[Callback, ...]:
     expected = "callbacks must be a sequence of tuckerl.Callback objects, or functions that take the learner"
     try:
-        listed = tuple(followers)
+        listed = tuple(callbacks)
     except TypeError as error:
-        raise ParameterTypeError(f"{expected}; got {followers!r}: put it into a list") from error
-    for follower in listed:
-        if isinstance(follower, type) or not (isinstance(follower, Callback) or callable(follower)):
-            raise ParameterTypeError(f"{expected}; got {follower!r} among them")
-    return tuple(follower if isinstance(follower, Callback) else _Function(follower) for follower in listed)
+        raise ParameterTypeError(f"{expected}; got {callbacks!r}: put it into a list") from error
+    for callback in listed:
+        if isinstance(callback, type) or not (isinstance(callback, Callback) or callable(callback)):
+            raise ParameterTypeError(f"{expected}; got {callback!r} among them")
+    return tuple(callback if isinstance(callback, Callback) else _Function(callback) for callback in listed)
 
 
 class Goal(NamedTuple):
@@ -99,7 +99,7 @@ class CallbackList:
         self._learner, self._callbacks, self._goal = learner, _as_callbacks(callbacks), goal
         self._started: list[Callback] = []
         # An earlier call may have ended before the tensor step of this very episode: its window is still to come.
-        self._last = learner.episodes if learner.is_saveable else None
+        self._last = learner.episodes if learner.is_saveable and learner.in_sync else None
         self._bar: Any = progress_bar("episodes" if goal.episodes < _MOST else "steps") if progress else None
         self._show: Any = None
 
@@ -108,16 +108,16 @@ class CallbackList:
         episodes = self._learner.episodes
         return min((episodes + own - episodes % own for own in map(self._every, self._callbacks)), default=_MOST)
 
-    def follow(self) -> None:
-        """Call who is due, if the learner is at rest."""
-        episodes = self._learner.episodes
+    def call(self) -> None:
+        """Call those that are due, if all agents have finished the window whole."""
+        learner, episodes = self._learner, self._learner.episodes
         self._show_progress()
-        if not self._learner.is_saveable or episodes == self._last:
+        if not (learner.is_saveable and learner.in_sync) or episodes == self._last:
             return
         self._last = episodes
         for callback in self._callbacks:
             if episodes % self._every(callback) == 0:
-                answer = callback.on_window(self._learner)
+                answer = callback.on_window(learner)
                 if isinstance(answer, (bool, np.bool_)) and not answer:  # comparing arrays gives NumPy's False
                     self.go_on = False
 
@@ -153,7 +153,7 @@ class CallbackList:
                 self._bar.__exit__(kind, error, traceback)
 
     def _end(self, callbacks: Sequence[Callback]) -> None:
-        """Tell all of them, whatever they raise; Python then shows every error."""
+        """End all of them, whatever they raise; Python then shows every error."""
         if callbacks:
             try:
                 callbacks[0].on_end(self._learner)

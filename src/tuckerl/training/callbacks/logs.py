@@ -16,6 +16,7 @@ import numpy as np
 
 from tuckerl.files import write_whole
 from tuckerl.training.callbacks.base import Callback
+from tuckerl.types import FloatArray
 
 if TYPE_CHECKING:
     from tuckerl.training.learner import Learner
@@ -35,20 +36,25 @@ class WindowRow(NamedTuple):
 
 def window_rows(learner: "Learner", every: int, after: int) -> Iterator[WindowRow]:
     """Give a row for each window that ends after the episode `after`, a multiple of `every`."""
-    accounts, course = learner._accounts, learner._course(learner.episodes)
-    steps = int(accounts.steps[0, :after].sum())
+    history, alpha, epsilon = learner.history, learner.scheduled("alpha"), _epsilon_of(learner)
+    steps = int(history.steps[0, :after].sum())
     for end in range(after + every, learner.episodes + 1, every):
         window = slice(end - every, end)
-        steps += int(accounts.steps[0, window].sum())
+        steps += int(history.steps[0, window].sum())
         yield WindowRow(
             episode=end,
             steps=steps,
-            mean_return=float(accounts.returns[:, window].mean()),
-            mean_steps=float(accounts.steps[:, window].mean()),
-            alpha=float(course.alpha[end - 1]),
-            epsilon=float(course.epsilon[end - 1]),
+            mean_return=float(history.returns[:, window].mean()),
+            mean_steps=float(history.steps[:, window].mean()),
+            alpha=float(alpha[end - 1]),
+            epsilon=float(epsilon[end - 1]),
             weights=tuple(_weights_after(learner, end)),
         )
+
+
+def _epsilon_of(learner: "Learner") -> FloatArray:
+    """Return the probability of a random action by episode; NaN where the policy has none."""
+    return learner.scheduled("epsilon") if "epsilon" in learner.scheduled_names else np.full(learner.episodes, np.nan)
 
 
 def _weights_after(learner: "Learner", episode: int) -> list[float]:

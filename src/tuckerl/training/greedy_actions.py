@@ -1,4 +1,4 @@
-"""Choosing actions: the largest entry of a row, ties, action masks.
+"""Greedy and random actions: the largest entry of a row, ties, action masks.
 
 Where all actions may be taken, `action_mask` has no entries and costs one test.
 """
@@ -6,8 +6,8 @@ Where all actions may be taken, `action_mask` has no entries and costs one test.
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.rng import below, uniform
-from tuckerl.training.agent_arrays import Agent
+from tuckerl.rng import below
+from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.types import BoolArray, FloatArray, Stream
 
 
@@ -60,7 +60,7 @@ def best_value(q: FloatArray, action_mask: BoolArray, state: int) -> float:
 
 
 @kernel
-def greedy(agent: Agent, state: int) -> int:
+def greedy_action(agent: AgentArrays, state: int) -> int:
     """Return an action of the largest value among those that may be taken."""
     if agent.action_mask.size > 0:
         return _greedy_allowed(agent, state)
@@ -69,7 +69,7 @@ def greedy(agent: Agent, state: int) -> int:
 
 
 @kernel
-def _greedy_allowed(agent: Agent, state: int) -> int:
+def _greedy_allowed(agent: AgentArrays, state: int) -> int:
     q, action_mask = agent.q, agent.action_mask
     best, ties, first = best_value(q, action_mask, state), 0, 0
     for action in range(q.shape[1] - 1, -1, -1):
@@ -88,7 +88,7 @@ def _greedy_allowed(agent: Agent, state: int) -> int:
 
 
 @kernel
-def random_action(agent: Agent, state: int) -> int:
+def random_action(agent: AgentArrays, state: int) -> int:
     """Draw one of the actions that may be taken."""
     if agent.action_mask.size == 0:
         return below(agent.q.shape[1], agent.rng)
@@ -104,8 +104,36 @@ def random_action(agent: Agent, state: int) -> int:
 
 
 @kernel
-def epsilon_greedy(agent: Agent, state: int, epsilon: float) -> int:
-    """Return a random action with probability epsilon, else a greedy one."""
-    if uniform(agent.rng) < epsilon:
-        return random_action(agent, state)
-    return greedy(agent, state)
+def is_allowed(agent: AgentArrays, state: int, action: int) -> bool:
+    """Return whether an action may be taken."""
+    return agent.action_mask.size == 0 or agent.action_mask[state, action]
+
+
+@kernel
+def share_among_allowed(agent: AgentArrays, state: int, probability: float, out: FloatArray) -> None:
+    """Add a probability to `out` (A,), divided evenly among the actions that may be taken."""
+    n_allowed = 0
+    for action in range(out.size):
+        n_allowed += is_allowed(agent, state, action)
+    for action in range(out.size):
+        if is_allowed(agent, state, action):
+            out[action] += probability / n_allowed
+
+
+@kernel
+def share_among_greedy(agent: AgentArrays, state: int, probability: float, out: FloatArray) -> None:
+    """Add a probability to `out` (A,): to the first greedy action, or divided evenly where ties are random."""
+    best, n_best = best_value(agent.q, agent.action_mask, state), 0
+    for action in range(out.size):
+        if _is_best(agent, state, action, best):
+            n_best += 1
+    for action in range(out.size):
+        if _is_best(agent, state, action, best):
+            out[action] += probability / n_best if agent.settings.random_ties else probability
+            if not agent.settings.random_ties:
+                return
+
+
+@kernel
+def _is_best(agent: AgentArrays, state: int, action: int, best: float) -> bool:
+    return is_allowed(agent, state, action) and agent.q[state, action] == best

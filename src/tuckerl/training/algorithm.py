@@ -1,0 +1,85 @@
+"""An algorithm as kernels: how to act, what to learn from a step, what ends an episode.
+
+The kernels of an algorithm are registered under the type of its state, a NamedTuple. Which ones a loop calls is decided
+when the loop is compiled, from that type, so that one loop serves all algorithms at no cost.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from tuckerl._jit import by_kind, kernel
+from tuckerl.training.agent_arrays import AgentArrays, Transition
+from tuckerl.training.policies.policy import choose
+
+NOT_FINITE = -1
+"""What `learn_and_act` returns instead of an action when a value is not finite any more."""
+
+_ACT: dict[type, Callable[..., int]] = {}
+_UPDATE: dict[type, Callable[..., bool]] = {}
+_END_EPISODE: dict[type, Callable[..., bool]] = {}
+_LEARN_AND_ACT: dict[type, Callable[..., int]] = {}
+
+act = by_kind(_ACT)
+"""``act(agent.algorithm, agent, state)`` chooses an action in a state."""
+
+end_episode = by_kind(_END_EPISODE)
+"""``end_episode(agent.algorithm, agent, finished)`` returns whether the tables are finite."""
+
+learn_and_act = by_kind(_LEARN_AND_ACT)
+"""``learn_and_act(agent.algorithm, agent, transition)`` learns from a step and returns the next action."""
+
+_update = by_kind(_UPDATE)
+
+
+@kernel
+def act_by_policy(algorithm: Any, agent: AgentArrays, state: int) -> int:
+    """Let the agent's policy choose, with nothing to be done before."""
+    return choose(agent.policy, agent, state)
+
+
+@kernel
+def _nothing_to_end(algorithm: Any, agent: AgentArrays, finished: bool) -> bool:
+    return True
+
+
+def register_algorithm(
+    state: type,
+    *,
+    update: Callable[..., bool],
+    act: Callable[..., int] = act_by_policy,
+    end_episode: Callable[..., bool] = _nothing_to_end,
+    on_policy: bool = False,
+) -> None:
+    """Register the kernels of an algorithm under the type of its state.
+
+    Parameters
+    ----------
+    state : type
+        A NamedTuple: what the algorithm keeps for one agent besides its Q-table.
+    update : kernel ``(algorithm, agent, transition, next_action) -> bool``
+        Learns from a step; returns whether the values that it wrote are finite. `next_action` has a meaning only with
+        `on_policy`.
+    act : kernel ``(algorithm, agent, state) -> action``, optional
+        Chooses an action. Default: the policy does.
+    end_episode : kernel ``(algorithm, agent, finished) -> bool``, optional
+        Called at the end of an episode, with `finished` False where an error breaks it off; returns whether the tables
+        are finite. Default: nothing to do.
+    on_policy : bool
+        Whether the next action is chosen before the update, which learns from it (also after a truncation, whose value
+        is bootstrapped), as in SARSA. Otherwise it is chosen after the update, as in Q-learning.
+    """
+    _ACT[state], _UPDATE[state], _END_EPISODE[state] = act, update, end_episode
+    _LEARN_AND_ACT[state] = _act_then_update if on_policy else _update_then_act
+
+
+@kernel
+def _act_then_update(algorithm: Any, agent: AgentArrays, transition: Transition) -> int:
+    next_action = act(algorithm, agent, transition.next_state)
+    return next_action if _update(algorithm, agent, transition, next_action) else NOT_FINITE
+
+
+@kernel
+def _update_then_act(algorithm: Any, agent: AgentArrays, transition: Transition) -> int:
+    if not _update(algorithm, agent, transition, 0):
+        return NOT_FINITE
+    return 0 if transition.ended else act(algorithm, agent, transition.next_state)

@@ -1,0 +1,160 @@
+"""The arrays that an algorithm or a policy keeps for each agent, declared once.
+
+From the declaration follow how they are allocated, saved, restored, and shared at a tensor step. A *mixture* is the
+(N,) weights by which a sharing rule mixes the tables of N agents: a single 1 copies one agent's.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from tuckerl.errors import ParameterError
+from tuckerl.generalization.sharing import share_tables
+from tuckerl.types import FloatArray, IntArray
+
+Arrays = dict[str, np.ndarray]
+
+Sharing = Literal["by_entry", "by_row", "heaviest", "copied", "none"]
+SHARING: tuple[Sharing, ...] = ("by_entry", "by_row", "heaviest", "copied", "none")
+
+
+class Record(Protocol):
+    """Arrays that belong together and are saved in a form of their own, such as eligibility traces."""
+
+    def to_arrays(self) -> Arrays:
+        """Return copies of what `set_arrays` goes on from, taken between two episodes."""
+
+    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from what `to_arrays` returned."""
+
+    def clear(self) -> None:
+        """Begin anew."""
+
+
+@dataclass(frozen=True)
+class DeclaredArray:
+    """An array of each agent's.
+
+    Parameters
+    ----------
+    name : str
+        As a keyword of the algorithm's NamedTuple. A dot groups arrays: ``"model.reward"``.
+    share : str
+        How it travels when agents share their tables: ``"by_entry"``, mixed as the Q-tables are; ``"by_row"``, mixed so
+        that each row, a distribution, still sums to 1; ``"heaviest"``, copied from the agent of the largest weight in
+        the mixture; ``"copied"``, copied along with an agent's table, and begun anew where tables are mixed;
+        ``"none"``, each agent keeps its own.
+    shape : tuple
+        Whole numbers, ``"states"`` or ``"actions"``. Of an array whose first axis is the states, only rows may change
+        that the kernels record by `record_change`.
+    dtype
+    initial : float
+        What it is filled with; None fills it with the learner's `initial_q`, for which the shape must be (S, A).
+    """
+
+    name: str
+    share: Sharing
+    shape: tuple[int | str, ...] = ("states", "actions")
+    dtype: DTypeLike = np.float64
+    initial: float | None = 0.0
+
+    def __post_init__(self) -> None:
+        if self.share not in SHARING:
+            raise ParameterError(f"share of {self.name!r} must be one of {', '.join(SHARING)}; got {self.share!r}")
+
+    def create(self, initial_q: FloatArray) -> np.ndarray:
+        """Return the array of one agent; `initial_q` is (S, A)."""
+        sizes = {"states": initial_q.shape[0], "actions": initial_q.shape[1]}
+        shape = tuple(sizes[size] if isinstance(size, str) else size for size in self.shape)
+        array = np.zeros(shape, dtype=self.dtype)  # zeros cost nothing until they are touched
+        if self.initial is None:
+            array += initial_q
+        elif self.initial != 0.0:
+            array[...] = self.initial
+        return array
+
+
+@dataclass(frozen=True)
+class DeclaredRecord:
+    """Arrays of each agent's that are saved in a form of their own; see :class:`DeclaredArray` for `name` and `share`.
+
+    Parameters
+    ----------
+    create : callable
+        From (S, A) to a :class:`Record`.
+    """
+
+    name: str
+    share: Literal["copied", "none"]
+    create_record: Callable[[int, int], Record]
+
+    def create(self, initial_q: FloatArray) -> Record:
+        """Return the record of one agent; `initial_q` is (S, A)."""
+        return self.create_record(initial_q.shape[0], initial_q.shape[1])
+
+
+Declaration = DeclaredArray | DeclaredRecord
+
+
+def share_state(
+    declaration: Declaration, values: list[Any], mixture: FloatArray, states: IntArray | None, initial_q: FloatArray
+) -> None:
+    """Let all agents go on with a mixture of what they hold.
+
+    Parameters
+    ----------
+    declaration : Declaration
+    values : list
+        What each of N agents holds under it; changed in place.
+    mixture : (N,) float64
+    states : (V,) int64 or None
+        The states whose rows can differ between agents; None where that is not known.
+    initial_q : (S, A) float64
+    """
+    heaviest = int(np.argmax(mixture))
+    is_copy = np.count_nonzero(mixture) == 1
+    if declaration.share == "none":
+        return
+    if isinstance(declaration, DeclaredRecord):
+        held = values[heaviest].to_arrays() if is_copy else None
+        for agent, record in enumerate(values):
+            if held is None:
+                record.clear()
+            elif agent != heaviest:
+                record.set_arrays(held)
+        return
+    if declaration.share in ("heaviest", "copied"):
+        source = values[heaviest] if is_copy or declaration.share == "heaviest" else declaration.create(initial_q)
+        for array in values:
+            if array is not source:
+                array[...] = source
+        return
+    rows: Any = states if states is not None and declaration.shape[0] == "states" else slice(None)
+    tables = np.stack([array[rows] for array in values])
+    share_tables(tables, mixture, None)
+    if declaration.share == "by_row" and not is_copy:
+        np.maximum(tables, 0.0, out=tables)
+        tables /= tables.sum(axis=-1, keepdims=True)
+    for array, shared in zip(values, tables, strict=True):
+        array[rows] = shared
+
+
+def saved_state(declaration: Declaration, agent: int, value: Any) -> Arrays:
+    """Return what an agent holds under a declaration, by the names that files know."""
+    group, _, member = declaration.name.partition(".")
+    if isinstance(declaration, DeclaredRecord):
+        return {f"{group}{agent}.{name}": array for name, array in value.to_arrays().items()}
+    return {f"{group}{agent}.{member or 'values'}": value}
+
+
+def restore_state(declaration: Declaration, agent: int, value: Any, arrays: Mapping[str, np.ndarray]) -> None:
+    """Set what an agent holds under a declaration, in place, to what `saved_state` returned."""
+    group, _, member = declaration.name.partition(".")
+    if isinstance(declaration, DeclaredRecord):
+        start = f"{group}{agent}."
+        value.set_arrays({name.removeprefix(start): part for name, part in arrays.items() if name.startswith(start)})
+    else:
+        value[...] = arrays[f"{group}{agent}.{member or 'values'}"]

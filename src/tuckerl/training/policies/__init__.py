@@ -1,0 +1,37 @@
+"""How actions are chosen. To add a policy, write its file and list it in `POLICIES`."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, NamedTuple
+
+from tuckerl.checks import check_name
+
+if TYPE_CHECKING:
+    from tuckerl.training.policies.policy import Policy
+
+
+class PolicyEntry(NamedTuple):
+    """A policy in the register."""
+
+    module: str
+    description: str
+
+
+POLICIES = {
+    "EpsilonGreedy": PolicyEntry("epsilon_greedy", "a random action with probability epsilon, else a greedy one"),
+    "Greedy": PolicyEntry("greedy", "an action of the largest value"),
+    "OwnDistribution": PolicyEntry("own_distribution", "drawn from the distribution that the algorithm itself learns"),
+}
+"""The policies by the names of their classes."""
+
+
+def policy_class(name: str) -> type["Policy"]:
+    """Return the class of a registered policy.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is none of this name.
+    """
+    entry = POLICIES[check_name("policy", name, POLICIES)]
+    kind: type[Policy] = getattr(import_module(f"{__name__}.{entry.module}"), name)
+    return kind

@@ -1,0 +1,76 @@
+"""What a policy is: a strategy that gives an action and its probabilities, wherever a learner acts."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from inspect import signature
+from typing import Any
+
+from tuckerl._jit import by_kind
+from tuckerl.training.declared_state import DeclaredArray
+from tuckerl.training.schedules import Schedule
+from tuckerl.types import FloatArray
+
+_CHOOSE: dict[type, Callable[..., int]] = {}
+_PROBABILITIES: dict[type, Callable[..., None]] = {}
+
+choose = by_kind(_CHOOSE)
+"""``choose(agent.policy, agent, state)`` returns an action."""
+
+write_probabilities = by_kind(_PROBABILITIES)
+"""``write_probabilities(agent.policy, agent, state, out)`` writes each action's probability into `out` (A,)."""
+
+
+def register_policy(arrays: type, *, choose: Callable[..., int], probabilities: Callable[..., None]) -> None:
+    """Register the kernels of a policy under the type of its arrays.
+
+    Parameters
+    ----------
+    arrays : type
+        A NamedTuple: what the policy's kernels read, see :meth:`Policy.arrays`.
+    choose : kernel ``(policy, agent, state) -> action``
+        Chooses an action that ``agent.action_mask`` allows, drawing from ``agent.rng``.
+    probabilities : kernel ``(policy, agent, state, out) -> None``
+        Writes the probability of each action into `out` (A,), 0 for those that are not allowed.
+    """
+    _CHOOSE[arrays], _PROBABILITIES[arrays] = choose, probabilities
+
+
+class Policy(ABC):
+    """How a learner chooses its actions.
+
+    A subclass keeps what its constructor is given as attributes of the same names, which is how they are saved.
+    """
+
+    def parameters(self) -> dict[str, Any]:
+        """Return what the constructor was given, by name."""
+        return {name: getattr(self, name) for name in signature(type(self)).parameters}
+
+    def schedules(self) -> dict[str, Schedule]:
+        """Return the numbers that may follow a schedule, by name; kernels find their values in this order."""
+        return {}
+
+    def declare_state(self) -> tuple[DeclaredArray, ...]:
+        """Return the arrays that the policy changes while learning goes on; see :class:`DeclaredArray`."""
+        return ()
+
+    @abstractmethod
+    def arrays(self, scheduled: FloatArray, state: Mapping[str, Any]) -> Any:
+        """Return what the policy's kernels read for one agent: a NamedTuple of a registered type.
+
+        Parameters
+        ----------
+        scheduled : (number of schedules,) float64
+            The values of `schedules` in the present episode; kernels of the loop set them.
+        state : mapping
+            The agent's declared arrays by name: the policy's own and the algorithm's.
+        """
+
+    def target(self) -> "Policy":
+        """Return the policy that is learned for: what is played where nothing needs to be explored."""
+        from tuckerl.training.policies.greedy import Greedy
+
+        return Greedy()
+
+    def most_probable(self) -> "Policy":
+        """Return the policy that takes the most probable action of `target`, the lowest of several."""
+        return self.target()

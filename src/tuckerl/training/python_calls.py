@@ -1,0 +1,54 @@
+"""Python functions that an algorithm's kernels call, for example to learn a model between episodes."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from tuckerl._jit import call_python, kernel, python_callback
+from tuckerl.types import BoolArray
+
+
+class PythonCallArrays(NamedTuple):
+    """What kernels need to call a Python function."""
+
+    address: int
+    failed: BoolArray  # (1,) whether the function has raised an error
+
+
+@kernel
+def call_function(call: PythonCallArrays, argument: int) -> int:
+    """Call a Python function from a kernel and return its answer, 0 if it raises an error.
+
+    A kernel that calls one returns False from `update` or `end_episode` when ``call.failed`` (1,) is True.
+    """
+    return call_python(call.address, argument)
+
+
+class PythonCall:
+    """A Python function that kernels call through `call_function`, with its `arrays` among the algorithm's constants.
+
+    Parameters
+    ----------
+    function : callable
+        From an int to an int; what it has to say beyond that, it writes into arrays.
+    """
+
+    def __init__(self, function: Callable[[int], int]) -> None:
+        self._function = function
+        self._error: BaseException | None = None
+        self._callback, address = python_callback(self._call)
+        self.arrays = PythonCallArrays(address, np.zeros(1, dtype=np.bool_))
+
+    def _call(self, argument: int) -> int:
+        try:
+            return int(self._function(argument))
+        except BaseException as error:  # noqa: BLE001  # raised again when the kernel has returned
+            self._error, self.arrays.failed[0] = error, True
+            return 0
+
+    def raise_pending(self) -> None:
+        """Raise the error that the function raised, and forget it."""
+        error, self._error, self.arrays.failed[0] = self._error, None, False
+        if error is not None:
+            raise error

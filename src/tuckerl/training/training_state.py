@@ -1,0 +1,194 @@
+"""Everything that learning changes: tables, declared arrays, random streams, records, worlds.
+
+Sizes: N agents, S states, A actions, K scheduled numbers.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from tuckerl.generalization.change_log import ChangeLog, empty_log, restore_log, saved_log
+from tuckerl.generalization.sharing import share_tables
+from tuckerl.generalization.step import TensorStep, TensorStepState
+from tuckerl.problems.worlds import World
+from tuckerl.rng import child, stream
+from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
+from tuckerl.training.declared_state import Arrays, Declaration, restore_state, saved_state, share_state
+from tuckerl.training.history import EpisodeHistory
+from tuckerl.training.policies.policy import Policy
+from tuckerl.training.schedules import Schedule, ScheduleValues
+from tuckerl.types import BoolArray, FloatArray, IntArray
+
+_LONGEST_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
+
+MakeAlgorithmState = Callable[[Mapping[str, Any], FloatArray], Any]
+"""From an agent's declared arrays by name and the algorithm's scheduled numbers to what its kernels read."""
+
+
+class TrainingState:
+    """What learning changes, for N agents.
+
+    Parameters
+    ----------
+    worlds : sequence of World
+        One for each agent, or one that all share.
+    initial_q : (S, A) float64
+        Possibly broadcast from one number.
+    n_agents : int
+    tensor_step : TensorStep or None
+    schedules : dict of Schedule by name
+        Alpha first, then the algorithm's own; the policy's are added.
+    policy : Policy
+    algorithm : tuple of Declaration
+        What the algorithm declares.
+    settings : Settings
+    max_episode_steps : int or None
+    sequence : SeedSequence
+        The learner's.
+    """
+
+    def __init__(
+        self,
+        worlds: Sequence[World],
+        initial_q: FloatArray,
+        *,
+        n_agents: int,
+        tensor_step: TensorStep | None,
+        schedules: dict[str, Schedule],
+        policy: Policy,
+        algorithm: tuple[Declaration, ...],
+        settings: Settings,
+        max_episode_steps: int | None,
+        sequence: np.random.SeedSequence,
+    ) -> None:
+        n_states, n_actions = initial_q.shape
+        self.worlds, self.initial_q, self.settings, self.policy = tuple(worlds), initial_q, settings, policy
+        for number, world in enumerate(self.worlds):
+            world.seed(child(sequence, number))
+        self.q: FloatArray = np.zeros((n_agents, n_states, n_actions))  # zeros cost nothing until they are touched
+        if initial_q.any():
+            self.q += initial_q
+        self.weights: FloatArray = np.ones(n_actions)
+        self.declarations = (*algorithm, *policy.declare_state())
+        self.declared: tuple[dict[str, Any], ...] = tuple(
+            {declaration.name: declaration.create(initial_q) for declaration in self.declarations}
+            for _ in range(n_agents)
+        )
+        self.n_own_schedules = len(schedules)
+        self.schedules = ScheduleValues(schedules | policy.schedules())
+        self.scheduled: FloatArray = np.zeros((n_agents, self.schedules.n))
+        self.step_sizes: FloatArray = np.zeros((n_agents, n_actions))
+        self.streams = tuple(stream(child(sequence, agent)) for agent in range(n_agents))
+        longest = min(max_episode_steps or _LONGEST_TRAJECTORY, _LONGEST_TRAJECTORY)
+        self.trajectory: IntArray = np.zeros((n_agents, longest + 1), dtype=np.int64)
+        window = tensor_step.every if tensor_step is not None and tensor_step.needs_decomposition else 0
+        self.logs: tuple[ChangeLog, ...] = tuple(empty_log(n_states, n_actions, window) for _ in range(n_agents))
+        self.history = EpisodeHistory(n_agents)
+        self.tensor_step = None if tensor_step is None else TensorStepState(tensor_step, initial_q, n_agents, sequence)
+        self.partial: BoolArray = np.zeros(n_agents, dtype=np.bool_)  # whose latest episode was broken off
+        self.diverged_at: int | None = None
+        self.was_capped = False
+
+    @property
+    def n_agents(self) -> int:
+        """Number of agents, each with a table."""
+        return len(self.q)
+
+    @property
+    def action_masks(self) -> list[BoolArray]:
+        """Where each agent may take an action, (S, A), or (0, 0) where it always may."""
+        return [mask for world in self.worlds for mask in world.action_masks]
+
+    @property
+    def due_step(self) -> TensorStepState | None:
+        """The tensor step where a window has ended and the step has not followed yet (a user's function may raise)."""
+        step = self.tensor_step
+        return step if step is not None and step.n_windows < self.history.episodes // step.step.every else None
+
+    @property
+    def in_sync(self) -> bool:
+        """Whether all agents are at one episode and the tensor step of the latest window is done."""
+        return self.history.in_sync and self.due_step is None
+
+    @property
+    def is_saveable(self) -> bool:
+        """Whether no table has diverged and no error has broken off the latest episode of an agent."""
+        return self.diverged_at is None and not bool(self.partial.any())
+
+    def agent(
+        self, agent: int, until: int, max_steps: int, action_mask: BoolArray, algorithm_state: MakeAlgorithmState
+    ) -> AgentArrays:
+        """Return an agent as kernels see it, to play up to its episode `until`."""
+        chunk = slice(int(self.history.finished[agent]), until)
+        steps, returns = self.history.room(agent, until)
+        scheduled, declared, own = self.scheduled[agent], self.declared[agent], self.n_own_schedules
+        return AgentArrays(
+            algorithm=algorithm_state(declared, scheduled[1:own]),
+            policy=self.policy.arrays(scheduled[own:], declared),
+            q=self.q[agent],
+            weights=self.weights,
+            step_sizes=self.step_sizes[agent],
+            scheduled=scheduled,
+            action_mask=action_mask,
+            settings=self.settings,
+            log=self.logs[agent],
+            record=EpisodeRecord(
+                steps, returns, self.trajectory[agent], self.schedules.values(until)[chunk], max_steps
+            ),
+            rng=self.streams[agent],
+        )
+
+    def share(self, mixture: FloatArray) -> None:
+        """Let every agent go on with the (N,) mixture of all tables and of what is declared to be shared."""
+        step = self.tensor_step
+        known = step.snapshots.states if step is not None and step.step.needs_decomposition else None
+        share_tables(self.q, mixture, known)
+        for declaration in self.declarations:
+            values = [declared[declaration.name] for declared in self.declared]
+            share_state(declaration, values, mixture, known, self.initial_q)
+
+    def to_arrays(self) -> Arrays:
+        """Return all that learning changes, from which `set_arrays` goes on."""
+        # Of every agent, also of one that is ahead of others; none where an error broke off somebody's latest episode.
+        sizes = self.history.latest_steps[:, np.newaxis] + 1 if self.is_saveable else np.zeros((1, 1), dtype=np.int64)
+        trajectory = self.trajectory[:, : sizes.max()].copy()
+        trajectory *= np.arange(trajectory.shape[1]) < sizes  # what earlier episodes left behind its end
+        arrays: Arrays = {"q": self.q, "weights": self.weights, "trajectory": trajectory}
+        arrays |= {"streams": np.stack(self.streams)} | self.history.to_arrays()
+        for agent, (log, mask, declared) in enumerate(zip(self.logs, self.action_masks, self.declared, strict=True)):
+            arrays |= {f"log{agent}.{name}": array for name, array in saved_log(log).items()}
+            arrays[f"forbidden{agent}"] = ~mask
+            for declaration in self.declarations:
+                arrays |= saved_state(declaration, agent, declared[declaration.name])
+        if self.tensor_step is not None:
+            arrays |= {f"step.{name}": array for name, array in self.tensor_step.saved().items()}
+        return arrays
+
+    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from what `to_arrays` returned."""
+        self.q, self.weights = arrays["q"], arrays["weights"]
+        self.history.set_arrays(dict(arrays))
+        self.trajectory[:, : arrays["trajectory"].shape[1]] = arrays["trajectory"]
+        self.partial[:] = self.history.most_episodes > 0 and arrays["trajectory"].size == 0
+        self.streams = tuple(arrays["streams"])
+        for agent, (log, mask, declared) in enumerate(zip(self.logs, self.action_masks, self.declared, strict=True)):
+            restore_log(log, _with_prefix(f"log{agent}.", arrays))
+            if mask.flags.writeable and f"forbidden{agent}" in arrays:
+                mask[...] = ~arrays[f"forbidden{agent}"]
+            for declaration in self.declarations:
+                restore_state(declaration, agent, declared[declaration.name], arrays)
+        if self.tensor_step is not None:
+            self.tensor_step.restore(_with_prefix("step.", arrays))
+
+    def restored_declared(self, arrays: Mapping[str, np.ndarray]) -> tuple[dict[str, Any], ...]:
+        """Return each agent's declared arrays as `to_arrays` returned them, without going on from them."""
+        held = tuple({d.name: d.create(self.initial_q) for d in self.declarations} for _ in range(self.n_agents))
+        for agent, declared in enumerate(held):
+            for declaration in self.declarations:
+                restore_state(declaration, agent, declared[declaration.name], arrays)
+        return held
+
+
+def _with_prefix(prefix: str, arrays: Mapping[str, np.ndarray]) -> Arrays:
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
