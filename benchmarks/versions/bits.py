@@ -42,6 +42,7 @@ def _recorded_before(old: Tree, kept: Path, words: str, folder: Path) -> Path:
     """Return the old version's record; what does not change, the whole of it, is kept for the next time."""
     whole = old.folder.parent / f"record-{_cases_hash()}"
     if (whole / INDEX).exists():
+        print(f"the old version ({old.commit[:12]}) was recorded before")
         return whole
     out = folder / "old" if words else whole
     return _recorded(old, kept, words, out, out / "saved")

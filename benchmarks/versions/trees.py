@@ -40,8 +40,8 @@ def _git(*arguments: str) -> str:
 
 
 def command(module: str, *arguments: object) -> list[str]:
-    """Return the command that runs a module in this interpreter."""
-    return [sys.executable, "-m", module, *map(str, arguments)]
+    """Return the command that runs a module in this interpreter, whatever lies in the folder that it runs in."""
+    return [sys.executable, "-P", "-m", module, *map(str, arguments)]
 
 
 def environment(tree: Tree, cache: Path | None = None) -> dict[str, str]:
