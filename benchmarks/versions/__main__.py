@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from benchmarks.versions import bits
+from benchmarks.versions import bits, first_use, speed
 
 
 def main() -> int:
@@ -22,6 +22,8 @@ def main() -> int:
     chosen = parser.parse_args()
     if chosen.command == "bits":
         return 0 if bits.compare(chosen.old, chosen.only, studies=chosen.studies) else 1
+    timed = speed if chosen.command == "speed" else first_use
+    timed.compare(chosen.old, chosen.rounds, chosen.only)
     return 0
 
 
