@@ -25,13 +25,19 @@ def record(out: Path, folders: Folders, words: str = "") -> None:
     warnings.simplefilter("ignore")
     index: dict[str, dict[str, str | float]] = {}
     for place, case in enumerate(all_cases()):
-        if words.lower() in case.name.lower():
+        if _is_asked_for(case.name, words):
             if case.name in index:
                 raise RuntimeError(f"two cases are called {case.name!r}")
             before = time.perf_counter()
             index[case.name] = _played(case, folders, out, f"{place:04}.npz")
             index[case.name]["seconds"] = round(time.perf_counter() - before, 3)
     (out / INDEX).write_text(json.dumps(index, indent=1))
+
+
+def _is_asked_for(name: str, words: str) -> bool:
+    """Return whether a case is one of those, or writes the file that one of those reads."""
+    names = name, name.replace("saved:", "handed over:")
+    return any(words.lower() in one.lower() for one in names)
 
 
 def _played(case: Case, folders: Folders, out: Path, name: str) -> dict[str, str | float]:
