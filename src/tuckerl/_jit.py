@@ -63,7 +63,7 @@ _CACHE_FOLDER = _cache_folder()
 _config: Any = numba_config
 _INTERPRETED = bool(_config.DISABLE_JIT)
 # Without reference counting (_nrt), which takes most of the time where arrays are passed on in NamedTuples.
-_OPTIONS: dict[str, Any] = {
+_OPTIONS: Any = {
     "nogil": True,
     "_nrt": False,
     "error_model": "numpy",
@@ -221,7 +221,7 @@ def compiled_function(function: Callable[..., Any], role: str) -> Any:
 
 
 # Bounds are checked: a slip in a user's function must not write where it does not belong.
-_USERS_OPTIONS: dict[str, Any] = {
+_USERS_OPTIONS: Any = {
     "_nrt": False,
     "error_model": "numpy",
     "boundscheck": True,

@@ -16,6 +16,7 @@ from tuckerl.generalization.change_log import empty_log
 from tuckerl.spaces.encoder import SpaceEncoder
 from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
 from tuckerl.training.evaluation_algorithm import EvaluationState
+from tuckerl.training.policies.greedy import Greedy
 from tuckerl.training.policies.policy import Policy, write_probabilities
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
@@ -88,15 +89,13 @@ class Predictor:
         record, rng
             Where episodes are to be played.
         """
-        policy, scheduled = self._policy, self._scheduled
-        if deterministic is not False:
-            policy = policy.most_probable() if deterministic else policy.target()
-            scheduled = np.zeros(len(policy.schedules()))
-        n_states, n_actions = self.q.shape[1:]
+        table, policy = self._followed(agent, deterministic)
+        scheduled = self._scheduled if deterministic is False else np.zeros(len(policy.schedules()))
+        n_states, n_actions = table.shape
         return AgentArrays(
             algorithm=EvaluationState(),
             policy=policy.arrays(scheduled, self._declared[agent]),
-            q=self.q[agent],
+            q=table,
             weights=np.ones(n_actions),
             step_sizes=np.zeros(n_actions),
             scheduled=np.zeros(1),
@@ -106,6 +105,13 @@ class Predictor:
             record=record,
             rng=rng,
         )
+
+    def _followed(self, agent: int, deterministic: bool | None) -> tuple[FloatArray, Policy]:
+        """Return the policy that is to be followed, and the (S, A) table that it looks at."""
+        q = self.q[agent]
+        if deterministic:
+            return self._policy.preferences(q, self._declared[agent]), Greedy()
+        return q, self._policy if deterministic is False else self._policy.target() or Greedy()
 
     def predict(self, observation: Any, deterministic: bool | None) -> Any:
         """Return the actions for an observation, for a batch of them, or for a dict of observations by agent.
@@ -122,16 +128,24 @@ class Predictor:
         return decide(self.problem, observation, choose)
 
     def _choose(self, agent: int, states: NDArray[Any], deterministic: bool | None) -> NDArray[Any]:
-        """Return the actions in states of any shape, drawn only where none has probability 1."""
+        """Return the actions in states of any shape."""
+        table, policy = self._followed(agent, deterministic)
+        if isinstance(policy, Greedy):
+            return self._greedy(table, self._action_masks[agent], states)
         flat = np.ascontiguousarray(states, dtype=np.int64).reshape(-1)
-        probabilities = np.empty((flat.size, self.q.shape[2]))
+        probabilities = np.empty((flat.size, table.shape[1]))
         _write_rows(self.agent(agent, deterministic), flat, probabilities)
-        actions: NDArray[Any] = probabilities.argmax(axis=1)
-        if flat.size and probabilities.max(axis=1).min() < 1.0:
-            cumulative = probabilities.cumsum(axis=1)
-            u = self._rng.random((flat.size, 1)) * cumulative[:, -1:]
-            actions = (cumulative <= u).sum(axis=1)
-        return actions.reshape(states.shape)
+        cumulative = probabilities.cumsum(axis=1)
+        u = self._rng.random((flat.size, 1)) * cumulative[:, -1:]
+        return (cumulative <= u).sum(axis=1).reshape(states.shape)
+
+    @staticmethod
+    def _greedy(table: FloatArray, action_mask: BoolArray, states: NDArray[Any]) -> NDArray[Any]:
+        """Return the greedy actions, the lowest on ties; NumPy needs not be compiled as a kernel would."""
+        values = table[states]
+        allowed = np.where(action_mask[states], values, -np.inf) if action_mask.size else values
+        actions: NDArray[Any] = allowed.argmax(axis=-1)
+        return actions
 
 
 def decide(problem: Problem, observation: Any, choose: Any) -> Any:

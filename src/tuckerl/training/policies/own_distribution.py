@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from tuckerl._jit import kernel
 from tuckerl.rng import uniform
 from tuckerl.training.agent_arrays import AgentArrays
-from tuckerl.training.greedy_actions import best_value, is_allowed, random_action, share_among_allowed
+from tuckerl.training.greedy_actions import is_allowed, random_action, share_among_allowed
 from tuckerl.training.policies.policy import Policy, register_policy
 from tuckerl.training.schedules import Schedule, as_schedule
 from tuckerl.types import FloatArray
@@ -60,43 +60,6 @@ def probabilities(policy: OwnDistributionArrays, agent: AgentArrays, state: int,
 register_policy(OwnDistributionArrays, choose=choose, probabilities=probabilities)
 
 
-class MostProbableArrays(NamedTuple):
-    """What kernels read of the most probable action of a learned distribution."""
-
-    distribution: FloatArray  # (S, A)
-
-
-@kernel
-def _most_probable(policy: MostProbableArrays, agent: AgentArrays, state: int) -> int:
-    """Return the first allowed action of the largest entry in a row of ``policy.distribution`` (S, A)."""
-    best = best_value(policy.distribution, agent.action_mask, state)
-    action = 0
-    while policy.distribution[state, action] != best or not is_allowed(agent, state, action):
-        action += 1
-    return action
-
-
-@kernel
-def _certainly(policy: MostProbableArrays, agent: AgentArrays, state: int, out: FloatArray) -> None:
-    """Write 1 for the most probable action into `out` (A,)."""
-    out[:] = 0.0
-    out[_most_probable(policy, agent, state)] = 1.0
-
-
-register_policy(MostProbableArrays, choose=_most_probable, probabilities=_certainly)
-
-
-class MostProbable(Policy):
-    """Take the most probable action of a learned distribution, the lowest of several."""
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-
-    def arrays(self, scheduled: FloatArray, state: Mapping[str, Any]) -> MostProbableArrays:
-        """Return what the kernels read."""
-        return MostProbableArrays(state[self.name])
-
-
 class OwnDistribution(Policy):
     """Draw actions from a distribution that the algorithm keeps in one of its declared arrays.
 
@@ -126,9 +89,10 @@ class OwnDistribution(Policy):
         """Return the distribution without exploration."""
         return OwnDistribution(self.name)
 
-    def most_probable(self) -> MostProbable:
-        """Return the policy of the most probable actions."""
-        return MostProbable(self.name)
+    def preferences(self, q: FloatArray, state: Mapping[str, Any]) -> FloatArray:
+        """Return the distribution: its largest entries are the most probable actions."""
+        distribution: FloatArray = state[self.name]
+        return distribution
 
     def __repr__(self) -> str:
         return f"OwnDistribution({self.name!r}, {self.epsilon!r})"

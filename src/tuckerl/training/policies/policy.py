@@ -65,12 +65,17 @@ class Policy(ABC):
             The agent's declared arrays by name: the policy's own and the algorithm's.
         """
 
-    def target(self) -> "Policy":
-        """Return the policy that is learned for: what is played where nothing needs to be explored."""
-        from tuckerl.training.policies.greedy import Greedy
+    def target(self) -> "Policy | None":
+        """Return the policy that is learned for, without exploration; None is the greedy one."""
+        return None
 
-        return Greedy()
+    def preferences(self, q: FloatArray, state: Mapping[str, Any]) -> FloatArray:
+        """Return the (S, A) table whose largest allowed entry in a row is the most probable action.
 
-    def most_probable(self) -> "Policy":
-        """Return the policy that takes the most probable action of `target`, the lowest of several."""
-        return self.target()
+        Parameters
+        ----------
+        q : (S, A) float64
+        state : mapping
+            The agent's declared arrays by name.
+        """
+        return q
