@@ -58,9 +58,9 @@ class World:
         return made(kind, self.make(), **chosen)
 
     def actions(self, learner: Any) -> Arrays:
-        """Return what a learner does: greedily, and with its present exploration."""
+        """Return what a learner does greedily (what it draws with exploration is random, and versions may differ)."""
         look = _in_all_states if self.look is None else self.look
-        return {"greedy actions": look(learner, True), "drawn actions": look(learner, False)}
+        return {"greedy actions": look(learner, True)}
 
 
 def _in_all_states(learner: Any, greedy: bool) -> np.ndarray:

@@ -109,7 +109,7 @@ def load(
         raise SavedFileError(f"{path} holds a {held}, not a {kind.__name__}: load it with {held}.load")
     parameters = _restored_parameters(header["parameters"])
     for name in keywords_of(kind):
-        if name in arrays:
+        if name in arrays and name not in parameters:  # format 1 had other arrays of such names
             parameters[name] = float(arrays[name]) if arrays[name].ndim == 0 else arrays[name]
     problem = restored_problem(header["problem"], of_prefix("problem", arrays), env, path, kind.reading_of(parameters))
     learner = kind(
