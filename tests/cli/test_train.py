@@ -58,7 +58,7 @@ def test_an_agent_is_trained_evaluated_and_shown(tmp_path: Path, capsys: pytest.
     assert (run["algorithm"], run["learner"], run["played"], run["finished"]) == (
         "tsarsa-lambda",
         "SarsaLambda",
-        "lifted",
+        "table",
         True,
     )
     assert run["tensor_step"]["share"] == "min"

@@ -9,11 +9,11 @@ import pettingzoo
 import pytest
 
 import tuckerl
-from tuckerl.adapters.resolve import Agents, Reading, as_problem
+from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.errors import ParameterError, ProblemError, SavedFileError
 from tuckerl.reports.inspect import inspect_learner, inspection_figures
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, shares_first_place, values
-from tuckerl.reports.inspect.learner import name_of, names_of_actions
+from tuckerl.reports.inspect.learner import name_of
 from tuckerl.reports.inspect.summary import learner_lines
 from tuckerl.training import learner_file as saved
 
@@ -74,7 +74,7 @@ def test_masks_of_stepped_taxis_are_those_that_were_seen() -> None:
 )
 def test_actions_are_called_as_their_environment_means_them(env: object, names: list[str]) -> None:
     bins = 3 if callable(env) else None
-    assert names_of_actions(as_problem(env, Reading(bins=bins))) == names  # type: ignore[arg-type]  # all are
+    assert list(as_problem(env, AdapterOptions(bins=bins)).action_names) == names  # type: ignore[arg-type]  # all are
 
 
 @pytest.mark.parametrize("env", ["FrozenLake-v1", "CliffWalking-v1"])
@@ -86,12 +86,12 @@ def test_the_names_of_moves_are_where_the_moves_lead(env: str) -> None:
     ways = {"up": -columns, "down": columns, "left": -1, "right": 1}
     state = columns + 1 if env.startswith("Cliff") else 9
     next_state = made.P[state]  # type: ignore[attr-defined]
-    assert [next_state[action][0][1] - state for action in range(4)] == [ways[n] for n in names_of_actions(problem)]
+    assert [next_state[action][0][1] - state for action in range(4)] == [ways[n] for n in problem.action_names]
 
 
 def test_joint_actions_name_every_members_part() -> None:
     made = pettingzoo.make("parallel", "tuckerl/RobotRescue-v0", map=SMALL_RESCUE)
-    names = names_of_actions(as_problem(made, Reading(Agents.JOINT)))
+    names = as_problem(made, AdapterOptions(Agents.JOINT)).action_names
     assert (len(names), names[1], names[5]) == (25, "left, right", "right, left")
 
 

@@ -1,5 +1,6 @@
 import json
 import pickle
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 import tuckerl
 from tests.studies.comparisons import MAZE, SMALL, request, small_contest
 from tuckerl.adapters.making import make_environment
-from tuckerl.adapters.resolve import Agents, Reading, as_problem
+from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.errors import (
     OutputConflictError,
     ParameterError,
@@ -22,7 +23,7 @@ from tuckerl.errors import (
 from tuckerl.generalization.step import TensorStep
 from tuckerl.studies import runner
 from tuckerl.studies.compare import ComparisonConfig, contest
-from tuckerl.studies.environments import environment_specification, how_played, listed_environments
+from tuckerl.studies.environments import environment_specification, listed_environments
 from tuckerl.studies.reproduce import run_study
 from tuckerl.studies.store import Store
 
@@ -138,7 +139,7 @@ def test_compiled_problems_are_made_once_and_others_by_each_learner(monkeypatch:
     base, candidate, _ = scenario.variants
     assert runner._environment(scenario, base, 0) is runner._environment(scenario, candidate, 0)
     other = small_contest().scenario
-    monkeypatch.setattr(runner, "as_problem", lambda env, teams: "stepped in Python")
+    monkeypatch.setattr(runner, "as_problem", lambda env, options: as_problem(env, replace(options, compiled=False)))
     env = runner._environment(other, base, 0)
     assert isinstance(env, partial)
     assert env().spec.id == MAZE
@@ -199,11 +200,11 @@ def test_an_environment_is_told_by_its_keywords_and_its_code() -> None:
 
 def test_listed_environments_say_how_they_are_played() -> None:
     how = {listed.name: listed.how for listed in listed_environments()}
-    assert how["tuckerl/CartPole-v0"] == "compiled"
-    assert how["tuckerl/DynaMaze-v0"].startswith("lifted")
+    assert how["tuckerl/CartPole-v0"] == "compiled simulator"
+    assert how["tuckerl/DynaMaze-v0"] == "extracted transition table, compiled"
     team, apart = how["tuckerl/RobotRescue-v0"].split("; ")
-    assert (team.split(":")[0], apart.split(",")[0]) == ("lifted", "stepped in Python")
-    assert how["Taxi-v4"].startswith("lifted")
+    assert (team.split(",")[0], apart.split(",")[0]) == ("extracted transition table", "stepped in Python")
+    assert how["Taxi-v4"] == how["tuckerl/DynaMaze-v0"]
     assert how["Blackjack-v1"] == "stepped in Python"
     assert how["MountainCar-v0"].endswith("put into bins")
     assert "Pendulum-v1" not in how  # its actions are continuous
@@ -218,7 +219,7 @@ def test_a_listed_environment_is_played_as_it_is_told() -> None:
             with pytest.raises(SpaceError, match="give bins"):
                 as_problem(listed.name)
         else:
-            assert listed.how.startswith(how_played(as_problem(listed.name, Reading(Agents.JOINT))))
+            assert listed.how.startswith(as_problem(listed.name, AdapterOptions(Agents.JOINT)).how_played)
 
 
 def test_an_environment_that_cannot_be_made_is_not_listed(monkeypatch: pytest.MonkeyPatch) -> None:

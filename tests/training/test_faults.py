@@ -18,9 +18,7 @@ from tests.learners.stepped_worlds import SeededTableEnv, TableEnv
 from tests.learners.worlds import random_mdp
 from tests.training.test_resume import assert_same
 from tuckerl import Callback, DynaH, JointEnv, QLearning, Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ, TensorStep
-from tuckerl.adapters import gymnasium_problem as stepped
-from tuckerl.adapters import pettingzoo_problem as players
-from tuckerl.adapters import resolve
+from tuckerl.adapters import python_problem, resolve
 from tuckerl.errors import EnvironmentFaultError, ObservationError, SimulatorError, StepCapWarning, TableSizeError
 from tuckerl.generalization.change_log import ENTRIES
 from tuckerl.interrupts import interrupts_held_back, is_impatient
@@ -352,7 +350,7 @@ def test_agents_that_catch_up_after_loading_are_followed_as_if_they_had_not_been
 
 @pytest.fixture
 def small_cap(monkeypatch: pytest.MonkeyPatch) -> int:
-    for module in (players, resolve, stepped):
+    for module in (python_problem, resolve):
         monkeypatch.setattr(module, "STEP_CAP", 25)
     return 25
 
@@ -390,7 +388,7 @@ def test_agents_of_which_the_first_leaves_are_cut_off_with_a_warning(small_cap: 
     assert learner.steps.tolist() == [[2, 25]] * 2
 
 
-def test_the_warning_comes_for_lifted_tables_too(small_cap: int, tmp_path: Path) -> None:
+def test_the_warning_comes_for_extracted_tables_too(small_cap: int, tmp_path: Path) -> None:
     learner = QLearning("CliffWalking-v1", seed=0, epsilon=1.0)
     assert learner.problem.is_capped
     learner.save(tmp_path / "agent")

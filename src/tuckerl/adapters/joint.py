@@ -241,6 +241,12 @@ def _fresh(observation: Any) -> Any:
     return observation if isinstance(observation, (int, np.generic)) else copy.deepcopy(observation)
 
 
+def innermost(env: Any) -> Any:
+    """Return an environment without its wrappers; of a joint one, the parallel environment in it."""
+    inner = env.unwrapped
+    return inner.env.unwrapped if isinstance(inner, JointEnv) else inner
+
+
 def agents_of(env: Any) -> list[Any]:
     """Return the possible agents of a parallel environment.
 

@@ -25,8 +25,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tuckerl.checks import check_real
-from tuckerl.environments.robot_rescue_map import MOVES, RescueMap, as_rescue_map
+from tuckerl.environments.robot_rescue_map import ACTION_NAMES, AGENTS, MOVES, RescueMap, as_rescue_map
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.problem import joint_names
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 GRIPS = 3
@@ -99,6 +100,8 @@ def robot_rescue(
         start=first_state(world),
         max_episode_steps=max_episode_steps,
         action_sizes=(len(MOVES), len(MOVES)),
+        action_names=joint_names([ACTION_NAMES] * len(AGENTS)),
+        state_factors=[(agent, world.n_cells * GRIPS) for agent in AGENTS],
     )
 
 

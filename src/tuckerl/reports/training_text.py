@@ -2,9 +2,6 @@
 
 import math
 
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.simulator import Simulator
 from tuckerl.reports.text import counted
 from tuckerl.studies.training import Outcome
 from tuckerl.training.evaluation import Evaluation
@@ -12,19 +9,9 @@ from tuckerl.training.learner import Learner
 
 
 def how_it_plays(environment: str, learner: Learner) -> str:
-    """Return what became of an environment: compiled, or stepped."""
-    problem = learner.problem
-    sizes = f"{counted(problem.n_states, 'state')}, {counted(problem.n_actions, 'action')}"
-    if isinstance(problem, (TabularMDP, Simulator)):
-        what = "transition table" if isinstance(problem, TabularMDP) else "simulator"
-        return (
-            f"{environment}: its {what} ({sizes}) is played in compiled code; --set compiled=false steps the "
-            "environment instead"
-        )
-    apart = ""
-    if isinstance(problem, PettingZooProblem):
-        apart = f"; each of its {learner.n_agents} agents has a table of its own"
-    return f"{environment}: stepped in Python ({sizes}){apart}"
+    """Return how an environment is played: in compiled code, or stepped in Python."""
+    instead = "; --set compiled=false steps the environment instead" if learner.problem.is_compiled else ""
+    return f"{environment}: {learner.problem.describe()}{instead}"
 
 
 def outcome_lines(outcome: Outcome) -> list[str]:

@@ -20,10 +20,8 @@ import polars as pl
 import scipy.linalg  # noqa: F401  # its BLAS must be loaded before it can be limited
 from threadpoolctl import threadpool_limits
 
-from tuckerl.adapters.resolve import Environment, Reading, as_problem
+from tuckerl.adapters.resolve import AdapterOptions, Environment, as_problem
 from tuckerl.errors import DivergenceWarning, RankWarning, ZeroWeightWarning
-from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.simulator import Simulator
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.training.learner import Learner
 from tuckerl.types import IntArray
@@ -150,21 +148,21 @@ def _warm_up(study: Study) -> None:
 
 def _environment(scenario: Scenario, variant: Variant, instance: int) -> Environment:
     """Return what a variant's learner is to play."""
-    reading = variant.learner.reading_of(variant.parameters)
-    if reading.bins is not None:  # not always hashable, and only needed where each learner makes its own
+    options = variant.learner.adapter_options(variant.parameters)
+    if options.bins is not None:  # not always hashable, and only needed where each learner makes its own
         return scenario.problem(instance)
-    return _resolved(scenario.problem, instance, reading)
+    return _resolved(scenario.problem, instance, options)
 
 
 @lru_cache(maxsize=64)
-def _resolved(make: Callable[[int], Environment], instance: int, reading: Reading) -> Environment:
+def _resolved(make: Callable[[int], Environment], instance: int, options: AdapterOptions) -> Environment:
     """Return the arrays or compiled functions, which all learners of a process share; or else the environment.
 
     What is stepped in Python has a state of its own, so each learner makes one for itself.
     """
     env = make(instance)
-    problem = as_problem(env, reading)
-    return problem if isinstance(problem, (TabularMDP, Simulator)) else env
+    problem = as_problem(env, options)
+    return problem if problem.is_compiled else env
 
 
 def _play_variant(study: Study, scenario: Scenario, variant: Variant, task: Task) -> Tables:

@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tuckerl._version import __version__
+from tuckerl.adapters.kinds import PROBLEM_KINDS
 from tuckerl.adapters.making import make_environment
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
 from tuckerl.errors import EnvironmentFaultError, OutputConflictError, OutputError, ParameterError, UnknownNameError
 from tuckerl.files import write_whole
 from tuckerl.learners.loading import load
-from tuckerl.studies.environments import LIFTED, how_played
 from tuckerl.studies.store import differences
 from tuckerl.studies.training_config import TrainingConfig, asked, checked, environment_of, made
 from tuckerl.training.callbacks.base import Callback
@@ -95,7 +95,7 @@ class Training:
         if held is None or not path.exists():
             self.learner = made(order, self._environment)
         else:
-            self.learner = load(path, env=None if held["played"] == LIFTED else self._environment)
+            self.learner = load(path, env=None if _is_in_file(held["played"]) else self._environment)
             self._check_goal()
         same_goal = held is not None and held["goal"] == self._asked["goal"]
         self.is_finished = bool(same_goal and held is not None and held["finished"])
@@ -210,7 +210,7 @@ class Training:
     def _write_run(self, *, finished: bool) -> None:
         learner = self.learner
         told = self._asked | {
-            "played": how_played(learner.problem),
+            "played": learner.problem.kind,
             "learner": type(learner).__name__,
             "parameters": {name: as_json(value) for name, value in learner.parameters.items()},
             "tensor_step": None if learner.tensor_step is None else vars(learner.tensor_step),
@@ -287,7 +287,12 @@ def _environment_beside(path: Path) -> Environment | None:
         name, keywords, played = run["environment"]["id"], run["environment"]["keywords"], run["played"]
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return None if path.name != AGENT or played == LIFTED else environment_of(name, keywords)
+    return None if path.name != AGENT or _is_in_file(played) else environment_of(name, keywords)
+
+
+def _is_in_file(kind: str) -> bool:
+    """Return whether a saved learner holds all of its problem, which is then not given to `load`."""
+    return kind in PROBLEM_KINDS and PROBLEM_KINDS[kind].problem.is_data
 
 
 def _versions() -> dict[str, str]:

@@ -84,7 +84,7 @@ def made(order: TrainingConfig, environment: Environment) -> Learner:
     step = None
     with bins_named():
         if algorithm.is_t_version:
-            problem = as_problem(environment, algorithm.learner.reading_of(parameters))
+            problem = as_problem(environment, algorithm.learner.adapter_options(parameters))
             step = tensor_step(algorithm, (problem.n_states, problem.n_actions), of_step)
         return algorithm.learner(environment, **parameters, n_agents=order.n_agents, tensor_step=step, seed=order.seed)
 

@@ -6,28 +6,39 @@ import numpy as np
 
 from tuckerl.errors import ProblemCheckError
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.problem import Problem
 from tuckerl.problems.simulator import Simulator
+from tuckerl.testing.kinds import check_kind
 from tuckerl.testing.playing import Moment
 
 _TOLERANCE = 1e-9
-_MEND = "mend one of them, or learn with compiled=False"
+_MEND = "correct one of them, or learn with compiled=False"
 
 
-def check_carried_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> None:
-    """Check that everything that was played is in the table that the environment carries.
+def check_carried(problem: Problem, stage: Any, played: list[Moment], episodes: int, seed: int) -> None:
+    """Check the transitions that an environment carries, which learners play: by themselves, and by what was played.
 
     Parameters
     ----------
-    mdp : TabularMDP
+    problem : Problem
     stage
         Has `source` and `observations`, the encoder of what `played` observed.
     played : list of Moment
+    episodes, seed : int
+        What `check_problem` was given.
 
     Raises
     ------
     ProblemCheckError
     """
-    _check_size(mdp, stage)
+    check_kind(problem, stage.source, episodes, seed)
+    if problem.kind in _CHECKS:
+        _check_size(problem, stage)
+        _CHECKS[problem.kind](problem, stage, played)
+
+
+def _check_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> None:
+    """Check that everything that was played is in the table that the environment carries."""
     state = 0
     for moment in played:
         after = int(stage.observations.encode(moment.observation))
@@ -48,7 +59,7 @@ def check_carried_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> No
         state = after
 
 
-def _check_size(problem: TabularMDP | Simulator, stage: Any) -> None:
+def _check_size(problem: Problem, stage: Any) -> None:
     sizes = (stage.observations.n if stage.observations else "uncountably many", stage.actions.n)
     if sizes != (problem.n_states, problem.n_actions):
         raise ProblemCheckError(
@@ -73,14 +84,8 @@ def _check_mask(mdp: TabularMDP, state: int, moment: Moment, source: str) -> Non
         )
 
 
-def check_carried_simulator(simulator: Simulator, stage: Any, played: list[Moment]) -> None:
-    """Check that a simulator that draws nothing does what the environment that carries it did.
-
-    Raises
-    ------
-    ProblemCheckError
-    """
-    _check_size(simulator, stage)
+def _check_simulator(simulator: Simulator, stage: Any, played: list[Moment]) -> None:
+    """Check that a simulator that draws nothing does what the environment that carries it did."""
     functions, parameters = simulator.functions, simulator.parameters
     state, words = np.zeros(simulator.state_size), np.arange(1, 5, dtype=np.uint64)
     before = words.copy()
@@ -99,3 +104,7 @@ def check_carried_simulator(simulator: Simulator, stage: Any, played: list[Momen
                 f"{bool(moment.terminated)} {moment.where}, and the simulator that it carries to {row} with {reward} "
                 f"and {bool(terminated)}: {_MEND}"
             )
+
+
+_CHECKS: dict[str, Any] = {TabularMDP.kind: _check_table, Simulator.kind: _check_simulator}
+"""By kind of problem."""

@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import LearnerCheckError
-from tuckerl.problems.mdp import TabularMDP
 from tuckerl.testing.small_problems import corridor, drift, slippery, stepped_corridor
 from tuckerl.testing.subject import EVERY, Subject, check_same, tensor_step
 from tuckerl.training.learner import Learner
@@ -29,7 +27,7 @@ def check_repeats(subject: Subject, env: Environment | None) -> None:
     _check_seeds(subject)
     _check_agents(subject)
     for problem in (slippery(), drift(), *own):
-        several = 1 if isinstance(subject.on(problem).problem, PettingZooProblem) else 3
+        several = 1 if subject.on(problem).problem.shares_world else 3
         for n_agents, step in ((1, None), (several, tensor_step())):
             settings = {"n_agents": n_agents, "tensor_step": step}
             learners = [subject.on(problem, **settings).learn(_FIRST) for _ in range(2)]
@@ -56,8 +54,7 @@ def _check_parts(subject: Subject, problem: Any, settings: dict[str, Any]) -> No
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "learner.tuckerl"
         parts.save(path)
-        # Arrays are in the file; what is code is not.
-        loaded = _loaded(subject, path, None if isinstance(parts.problem, TabularMDP) else problem)
+        loaded = _loaded(subject, path, None if parts.problem.is_data else problem)
     parts.learn(_MORE)
     what = f"learning {_FIRST} and then {_MORE} episodes must equal learning {_FIRST + _MORE}"
     check_same(whole, parts, f"{what}, with {settings['n_agents']} of {subject.name}", _KEEP)

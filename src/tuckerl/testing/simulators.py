@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tuckerl.errors import ProblemCheckError, SimulatorError
+from tuckerl.problems.dynamics import reset, step
 from tuckerl.problems.simulator import KIND, Simulator, first_entry
 from tuckerl.rng import child, seed_sequence, stream
 from tuckerl.testing.limits import BUDGET, LONGEST
-from tuckerl.training.dynamics import reset, step
 from tuckerl.types import FloatArray, Stream
 
 TOLERANCE = 1e-9

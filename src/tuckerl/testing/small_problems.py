@@ -129,6 +129,5 @@ class CorridorEnv(gymnasium.Env[Any, Any]):
 
 def stepped_corridor() -> GymnasiumProblem:
     """Return the corridor as Python steps it."""
-    problem = GymnasiumProblem(CorridorEnv(), "corridor", CorridorEnv, max_episode_steps=200)
-    problem.heuristic = corridor().heuristic
-    return problem
+    heuristic = corridor().heuristic
+    return GymnasiumProblem(CorridorEnv(), "corridor", CorridorEnv, max_episode_steps=200, heuristic=heuristic)

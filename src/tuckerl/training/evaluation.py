@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.python_world import STEP_CAP
+from tuckerl.adapters.python_problem import STEP_CAP
 from tuckerl.errors import StepCapWarning
 from tuckerl.interrupts import interrupts_held_back
 from tuckerl.rng import child, stream
@@ -55,10 +54,8 @@ def evaluate(
     """
     problem = predictor.problem
     if problem.max_episode_steps is None:  # a greedy policy may go round in circles for ever
-        problem = problem.with_time_limit(STEP_CAP)
-        problem.is_capped = True  # a new one: the learner's own stays as it is
-    shared = isinstance(problem, PettingZooProblem)
-    n_agents = len(predictor.q) if shared else 1
+        problem = problem.with_time_limit(STEP_CAP, is_capped=True)
+    n_agents = len(predictor.q) if problem.shares_world else 1
     world = problem.world()
     world.seed(child(sequence, 0))
     steps, returns = np.zeros((n_agents, episodes), dtype=np.int64), np.zeros((n_agents, episodes))
@@ -76,7 +73,7 @@ def evaluate(
     arrays: Any = world.arrays
     try:
         with interrupts_held_back(bearable=0):
-            if shared:
+            if problem.shares_world:
                 play_together(arrays, agents)
             else:
                 play(arrays, agents[0])

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tuckerl.checks import check_real
-from tuckerl.errors import ParameterError, ParameterTypeError, TableSizeError
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TableSizeError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
+from tuckerl.problems.problem import Problem
 from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy
 from tuckerl.training.policies.policy import Policy
 from tuckerl.training.schedules import Schedule
@@ -128,6 +129,21 @@ def check_initial_q(initial_q: object, shape: tuple[int, int]) -> FloatArray:
             f"{expected}; got shape {table.shape}{'' if np.isfinite(table).all() else ' with NaN or infinity in it'}"
         )
     return table
+
+
+def check_equal_spaces(problem: Problem, step: TensorStep | None) -> None:
+    """Refuse a tensor step for agents whose tables differ in size.
+
+    Raises
+    ------
+    ProblemError
+        If that is so.
+    """
+    if step is not None and not problem.has_equal_spaces:
+        raise ProblemError(
+            "a tensor step needs agents whose observations and actions have equal spaces, as it puts their tables "
+            f"into one tensor; those of {problem.source} differ: leave tensor_step out"
+        )
 
 
 def check_memory(n_agents: int, n_states: int, n_actions: int) -> None:

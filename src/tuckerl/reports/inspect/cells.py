@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from tuckerl.problems.mdp import Layout
+from tuckerl.problems.parts import Layout
 from tuckerl.reports.inspect.view import WIDTH
 from tuckerl.types import BoolArray, FloatArray, IntArray
 

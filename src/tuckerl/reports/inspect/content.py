@@ -8,7 +8,7 @@ import numpy as np
 
 from tuckerl.errors import ProblemError
 from tuckerl.generalization.step import TensorStepHistory
-from tuckerl.problems.mdp import Layout, check_layout
+from tuckerl.problems.parts import Layout, check_layout
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 STATES, ACTIONS, EPISODES, AGENTS = range(4)

@@ -4,9 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.problems.mdp import TabularMDP
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.learner import name_of, names_of_actions
+from tuckerl.reports.inspect.learner import name_of
 from tuckerl.reports.inspect.text import joined, number, span
 from tuckerl.reports.text import counted
 from tuckerl.training.learner import Learner
@@ -55,7 +54,7 @@ def _name(value: Any) -> str:
 
 
 def _weights(learner: Learner) -> str:
-    weights, names = learner.action_weights, names_of_actions(learner.problem)
+    weights, names = learner.action_weights, learner.problem.action_names
     if weights.size > _MOST_ACTIONS or np.ptp(weights) == 0:
         return span(weights)
     return joined(f"{name} {number(float(weight))}" for name, weight in zip(names, weights, strict=True))
@@ -65,9 +64,9 @@ def _value_of_start(learner: Learner) -> float | None:
     """Return agent 0's largest value of the first state, on average over these; None where that is not known."""
     mask = learner.action_mask
     best = np.where(True if mask is None else mask[0], learner.q[0], -np.inf).max(axis=-1)
-    if isinstance(learner.problem, TabularMDP):
-        arrays = learner.problem.arrays
-        probability = np.diff(arrays.start_cumulative, prepend=0.0)
-        return float(best[arrays.start_state] @ probability)
+    start = learner.problem.start_distribution()
+    if start is not None:
+        states, probability = start
+        return float(best[states] @ probability)
     path = learner.trajectories[0]
     return float(best[path[0]]) if path.size else None

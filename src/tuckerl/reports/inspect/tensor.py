@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from tuckerl.errors import ProblemError, TensorError
 from tuckerl.generalization.step import empty_history
-from tuckerl.problems.mdp import Layout, check_layout
+from tuckerl.problems.parts import Layout, check_layout
 from tuckerl.reports.inspect.content import Inspection, Loadings
 from tuckerl.tensor import tucker
 from tuckerl.types import BoolArray, FloatArray, Ranks
