@@ -14,8 +14,8 @@ from tuckerl.training.learner import Learner
 
 _FIRST, _MORE = 2 * EVERY + 3, EVERY  # the first part ends within a window
 _KEEP = (
-    "what the learner keeps beside its table must be an array that is made once, saved by _saved_arrays and restored "
-    "by _restore_arrays, not be made anew in _method"
+    "what the algorithm keeps beside its Q-table must be an array that declare_state returns, not one that constants "
+    "makes anew"
 )
 _STREAM = "draw by tuckerl.rng.uniform(agent.rng) and below(n, agent.rng), from nothing else"
 _SEED = f"{_STREAM}, and keep nothing in the class or the module"
@@ -68,8 +68,8 @@ def _loaded(subject: Subject, path: Path, env: Environment | None) -> Learner:
         learner = subject.learner_class.load(path, env=env)
     except Exception as error:  # whatever the learner's own part of it raises
         raise LearnerCheckError(
-            f"{subject.name}.load must read what save wrote; it raised {type(error).__name__}: {error}: return the "
-            "constructor's own parameters by _parameters, and own arrays by _saved_arrays and _restore_arrays"
+            f"{subject.name}.load must read what save wrote; it raised {type(error).__name__}: {error}: keep the "
+            "constructor's parameters as attributes of the same names, and declare arrays in declare_state"
         ) from error
     return learner
 
@@ -84,7 +84,7 @@ def _check_agents(subject: Subject) -> None:
         table = int(np.argmax([(two.q[i] != three.q[i]).any() for i in range(2)]))
         raise LearnerCheckError(
             f"agents must not depend on how many there are; agent {table} of {subject.name} learned something else "
-            "beside two others than beside one: let _method(agent) return arrays of that agent only"
+            "beside two others than beside one: declare what an agent keeps in declare_state, of which each gets its own"
         )
     if np.array_equal(three.q[0], three.q[1]):
         raise LearnerCheckError(f"two agents of {subject.name} learned the same by chance: {_STREAM}")

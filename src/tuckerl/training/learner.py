@@ -460,6 +460,16 @@ class Learner(ABC):
         return self._state.q.copy()
 
     @property
+    def declared(self) -> tuple[dict[str, Any], ...]:
+        """What each agent keeps under the names of `declare_state` and of the policy's; not copies."""
+        return self._state.declared
+
+    @property
+    def acting_policy_in_use(self) -> Policy:
+        """The policy by which actions are chosen while learning."""
+        return self._acting_policy
+
+    @property
     def change_logs(self) -> tuple[ChangeLog, ...]:
         """Which rows of each agent's table changed in the present window, as the kernels recorded it."""
         return self._state.logs
