@@ -26,8 +26,9 @@ def check_learner(
     On small problems (a corridor, a slippery floor, one with forbidden actions, a simulator, an environment that Python
     steps), for one agent and three, with and without a tensor step: it learns; tables stay finite or learning stops; no
     forbidden action is taken or believed in; terminal steps are not bootstrapped, and truncated ones are; every row
-    that changes is recorded, and every array that changes is declared, shared and saved; the same seed gives the same bits; learning in two parts, with or without a file between
-    them, equals learning at once; agents do not depend on how many there are; predictions follow what is learned.
+    that changes is recorded, and every array that changes is declared, shared and saved; the same seed gives the same
+    bits; learning in two parts, with or without a file between them, equals learning at once; agents do not depend on
+    how many there are; predictions follow what is learned.
 
     Parameters
     ----------

@@ -48,9 +48,9 @@ def check_changes(subject: Subject) -> None:
                     missed = np.setdiff1d(changed, marked)
                     if missed.size:
                         raise LearnerCheckError(
-                            f"every row that changes must be recorded, as the tensor step sees no other; {subject.name} "
-                            f"changed row {missed[0]} of {name} in episode {episode} and did not record it: call "
-                            f"record_change(agent.log, state) before every change of {name}[state]"
+                            f"every row that changes must be recorded, as the tensor step sees no other; "
+                            f"{subject.name} changed row {missed[0]} of {name} in episode {episode} and did not record "
+                            f"it: call record_change(agent.log, state) before every change of {name}[state]"
                         )
 
 

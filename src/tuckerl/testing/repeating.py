@@ -84,7 +84,8 @@ def _check_agents(subject: Subject) -> None:
         table = int(np.argmax([(two.q[i] != three.q[i]).any() for i in range(2)]))
         raise LearnerCheckError(
             f"agents must not depend on how many there are; agent {table} of {subject.name} learned something else "
-            "beside two others than beside one: declare what an agent keeps in declare_state, of which each gets its own"
+            "beside two others than beside one: declare in declare_state what an agent "
+            "keeps, so that each has its own"
         )
     if np.array_equal(three.q[0], three.q[1]):
         raise LearnerCheckError(f"two agents of {subject.name} learned the same by chance: {_STREAM}")
