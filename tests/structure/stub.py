@@ -14,7 +14,7 @@ def stub_text() -> str:
     """Return what the file is to hold."""
     homes = {name: f"tuckerl.{home}" for name, home in tuckerl._HOMES.items()}
     homes |= {"__version__": "tuckerl._version", "errors": "tuckerl", "testing": "tuckerl"}
-    imports = [f"from {home} import {name} as {name}\n" for name, home in sorted(homes.items())]
+    imports = [f"from {home} import {name} as {name}\n" for home, name in sorted((h, n) for n, h in homes.items())]
     names = "".join(f'    "{name}",\n' for name in tuckerl.__all__)
     head = "# Written by `make format` from the registers.\n\n"
     return f"{head}{''.join(imports)}\n__all__ = [\n{names}]\n_HOMES: dict[str, str]\n"

@@ -21,8 +21,8 @@ def check_declarations(subject: Subject) -> None:
         if declaration.initial is None and declaration.share not in ("by_entry", "by_row"):
             raise LearnerCheckError(
                 f"tables of values must be shared at a tensor step, or agents go on with another agent's Q-table "
-                f"beside one of their own; {declaration.name!r} of {subject.name} begins as the Q-table does and is declared "
-                f"with share={declaration.share!r}: declare it with share='by_entry'"
+                f"beside one of their own; {declaration.name!r} of {subject.name} begins as the Q-table does and "
+                f"is declared with share={declaration.share!r}: declare it with share='by_entry'"
             )
         if declaration.share == "by_row":
             _check_played(subject, learner, declaration.name)
