@@ -13,13 +13,11 @@ from typing import Any, Literal, NamedTuple, Unpack
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
-from tuckerl.adapters.resolve import Agents, Environment, Reading
+from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment
 from tuckerl.checks import check_flag, check_name
 from tuckerl.errors import ProblemError
 from tuckerl.learners.traces import Traces, flush_traces, learn, sync_row
 from tuckerl.learners.tracing import TracingLearner
-from tuckerl.problems.mdp import TabularMDP
 from tuckerl.rng import below, uniform
 from tuckerl.training.agent_arrays import Agent, Transition
 from tuckerl.training.loop import NOT_FINITE, algorithm
@@ -181,10 +179,10 @@ class TeamQ(TracingLearner):
         self.cut_traces = check_flag("cut_traces", cut_traces)
         self.exploration = check_name("exploration", exploration, ("independent", "joint"))
         sizes: tuple[int, ...] = (self.problem.n_actions,)
-        if isinstance(self.problem, (TabularMDP, GymnasiumProblem)) and self.exploration == "independent":
+        if self.exploration == "independent":
             sizes = self.problem.action_sizes
-        if isinstance(self.problem, TabularMDP):
-            _check_independent(self.problem.arrays.action_mask, sizes)
+        if self.problem.action_mask is not None:
+            _check_independent(self.problem.action_mask, sizes)
         self._team = Team(np.array(sizes, dtype=np.int64), np.zeros(len(sizes), dtype=np.int64), self.cut_traces)
 
     def _method(self, table: int) -> TeamMethod:
@@ -198,15 +196,13 @@ class TeamQ(TracingLearner):
         }
 
     @classmethod
-    def reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
+    def reading_of(cls, parameters: Mapping[str, Any]) -> AdapterOptions:
         """Return how a team with these parameters reads its environment."""
         return replace(super().reading_of(parameters), reward=parameters.get("team_reward", "mean"))
 
 
 def _check_independent(action_mask: BoolArray, sizes: tuple[int, ...]) -> None:
     """Refuse masks by which agents that explore on their own could meet in a forbidden joint action."""
-    if action_mask.size == 0:
-        return
     allowed = action_mask.reshape(-1, *sizes)
     independent = np.ones_like(allowed)
     for agent_place in range(1, allowed.ndim):

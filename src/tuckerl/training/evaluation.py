@@ -6,12 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.python_world import STEP_CAP
-from tuckerl.adapters.resolve import Problem
+from tuckerl.adapters.python_problem import STEP_CAP
 from tuckerl.errors import StepCapWarning
 from tuckerl.generalization.change_log import empty_log
 from tuckerl.interrupts import interrupts_held_back
+from tuckerl.problems.problem import Problem
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
 from tuckerl.training.agent_arrays import Agent, Record, Settings, Transition
@@ -68,9 +67,8 @@ def evaluate(problem: Problem, q: FloatArray, episodes: int, sequence: np.random
     Ties go to the lowest action. `sequence` decides all draws.
     """
     if problem.max_episode_steps is None:  # a greedy policy may go round in circles for ever
-        problem = problem.with_time_limit(STEP_CAP)
-        problem.is_capped = True  # a new one: the learner's own stays as it is
-    together = isinstance(problem, PettingZooProblem)
+        problem = problem.with_time_limit(STEP_CAP, is_capped=True)
+    together = problem.shares_world
     tables = q if together else q[:1]
     world = problem.world()
     world.seed(child(sequence, 0))

@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from tuckerl._version import __version__
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
+from tuckerl.adapters.kinds import restore_problem, save_problem
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
 from tuckerl.errors import DivergenceWarning, ParameterError, SavedFileError, StepCapWarning
@@ -28,9 +28,7 @@ from tuckerl.training.callbacks.base import CallbackLike, CallbackList, Goal
 from tuckerl.training.evaluation import CAPPED
 from tuckerl.training.loop import play, play_together
 from tuckerl.training.persistence import (
-    problem_parts,
     restored_parameters,
-    restored_problem,
     restored_seed,
     restored_step,
     seed_parts,
@@ -174,7 +172,7 @@ class Learner(Tables):
         if not accounts.is_even:
             until, enough = accounts.furthest, _UNLIMITED
         finite = True
-        if isinstance(self.problem, PettingZooProblem):
+        if self.problem.shares_world:
             finite = self._play_world(0, list(range(self.n_tables)), until, enough)
         else:
             for table in range(self.n_tables):
@@ -191,10 +189,7 @@ class Learner(Tables):
             return True
         agents = tuple(self._agent(table, until, enough, world.action_masks[i]) for i, table in enumerate(tables))
         world.set_deadline(_PATIENCE)
-        if isinstance(self.problem, PettingZooProblem):
-            n = play_together(world.arrays, agents)
-        else:
-            n = play(world.arrays, agents[0])
+        n = play_together(world.arrays, agents) if self.problem.shares_world else play(world.arrays, agents[0])
         accounts.add(tables, n if n >= 0 else -1 - n)
         torn, self._is_torn[tables] = self._is_torn[tables] & (n == 0), True
         world.raise_pending()
@@ -247,7 +242,7 @@ class Learner(Tables):
         OutputError
             If it cannot be written.
         """
-        problem_header, problem_arrays = problem_parts(self.problem)
+        problem_header, problem_arrays = save_problem(self.problem)
         header = {
             "tuckerl": __version__,
             "learner": type(self).__name__,
@@ -292,7 +287,7 @@ class Learner(Tables):
         parameters = restored_parameters(header["parameters"])
         problem_arrays = saved.of_prefix("problem", arrays)
         learner = cls(
-            restored_problem(header["problem"], problem_arrays, env, Path(path), cls.reading_of(parameters)),
+            restore_problem(header["problem"], problem_arrays, env, Path(path), cls.reading_of(parameters)),
             **parameters,
             **cls._array_parameters(arrays),
             tensor_step=restored_step(header["tensor_step"], tensor_step, Path(path)),

@@ -11,11 +11,17 @@ from typing import Any
 import numpy as np
 
 from tuckerl._jit import by_kind, kernel
-from tuckerl.adapters.pettingzoo_problem import PettingZooArrays, step_together
-from tuckerl.adapters.python_world import TERMINATED
 from tuckerl.generalization.change_log import close_episode
+from tuckerl.problems.dynamics import (
+    TERMINATED,
+    WorldArrays,
+    is_out_of_time,
+    must_return,
+    reset,
+    step,
+    step_together,
+)
 from tuckerl.training.agent_arrays import Agent, Transition, note_episode, note_state, set_step_sizes
-from tuckerl.training.dynamics import WorldArrays, halted, out_of_time, reset, step
 
 NOT_FINITE = -1
 """What `turn` returns instead of an action when a value has left the finite numbers."""
@@ -61,18 +67,18 @@ def play(world: WorldArrays, agent: Agent) -> int:
         if n_steps >= record.enough:
             return episode
         state, steps, total, ended, epsilon = reset(world, agent.rng), 0, 0.0, False, record.epsilon[episode]
-        if halted(world):
+        if must_return(world):
             return episode
         set_step_sizes(agent, episode)
         note_state(record, 0, state)
         action: Any = np.uint32(_first(method, agent, state, epsilon))  # unsigned, as states are: a tenth of the time
         while not ended:
             next_state, reward, terminated = step(world, state, action, agent.rng)
-            if halted(world):
+            if must_return(world):
                 _leave(method, agent, False)
                 return episode
             steps, total = steps + 1, total + reward
-            ended = terminated or out_of_time(world, steps)
+            ended = terminated or is_out_of_time(world, steps)
             discount = settings.terminal_discount if terminated else settings.gamma
             chosen = _turn(method, agent, Transition(state, action, reward, discount, next_state, ended), epsilon)
             if chosen == NOT_FINITE:
@@ -88,20 +94,20 @@ def play(world: WorldArrays, agent: Agent) -> int:
 
 
 @kernel
-def play_together(world: PettingZooArrays, agents: tuple[Agent, ...]) -> int:
+def play_together(world: WorldArrays, agents: tuple[Agent, ...]) -> int:
     """Let the agents of one world play and learn the episodes that their records have room for; return as `play`."""
     record, n_steps = agents[0].record, 0
     for episode in range(record.steps.size):
         if n_steps >= record.enough:
             return episode
         step_together(world, True)
-        if halted(world):
+        if must_return(world):
             return episode
         _begin_together(world, agents, episode)
         steps, n_playing = 0, 1
         while n_playing > 0:
             step_together(world, False)
-            if halted(world):
+            if must_return(world):
                 _break_off(agents)
                 return episode
             steps += 1
@@ -115,7 +121,7 @@ def play_together(world: PettingZooArrays, agents: tuple[Agent, ...]) -> int:
 
 
 @kernel
-def _begin_together(world: PettingZooArrays, agents: tuple[Agent, ...], episode: int) -> None:
+def _begin_together(world: WorldArrays, agents: tuple[Agent, ...], episode: int) -> None:
     for player in range(len(agents)):
         agent = agents[player]
         agent.record.steps[episode], agent.record.returns[episode] = 0, 0.0
@@ -127,7 +133,7 @@ def _begin_together(world: PettingZooArrays, agents: tuple[Agent, ...], episode:
 
 
 @kernel
-def _turn_together(world: PettingZooArrays, agents: tuple[Agent, ...], episode: int, steps: int) -> int:
+def _turn_together(world: WorldArrays, agents: tuple[Agent, ...], episode: int, steps: int) -> int:
     """Let every agent that was playing learn from the step; return how many play on, -1 where one is not finite."""
     n_playing = 0
     for player in range(len(agents)):

@@ -10,12 +10,11 @@ from typing import Any, Literal, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.resolve import Problem
 from tuckerl.checks import check_real
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TableSizeError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
+from tuckerl.problems.problem import Problem
 from tuckerl.training.schedules import Schedule
 from tuckerl.types import FloatArray, Seed
 
@@ -102,18 +101,12 @@ def check_size(problem: Problem, n_agents: int, step: TensorStep | None) -> int:
     TableSizeError
         If the tables are larger than the machine's memory.
     """
-    n_tables = n_agents
-    if isinstance(problem, PettingZooProblem):
-        n_tables = len(problem.agents)
-        if n_agents != 1:
-            raise ParameterError(
-                f"n_agents must stay 1 where each of the environment's {n_tables} agents has a table; got {n_agents}"
-            )
-        if step is not None and not problem.are_equal:
-            raise ProblemError(
-                "a tensor step needs agents whose observations and actions have equal spaces, as it puts their tables "
-                f"into one tensor; those of {problem.source} differ: leave tensor_step out"
-            )
+    n_tables = problem.n_tables(n_agents)
+    if step is not None and not problem.has_equal_spaces:
+        raise ProblemError(
+            "a tensor step needs agents whose observations and actions have equal spaces, as it puts their tables "
+            f"into one tensor; those of {problem.source} differ: leave tensor_step out"
+        )
     size = n_tables * problem.n_states * problem.n_actions * 8
     memory = _memory()
     if size > memory:

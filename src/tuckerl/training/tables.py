@@ -6,11 +6,11 @@ from typing import Any, ClassVar, Unpack
 
 import numpy as np
 
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.resolve import Agents, Environment, Problem, Reading, as_problem, check_compiled
+from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment, as_problem, check_compiled
 from tuckerl.checks import check_flag, check_int, check_name, check_real
 from tuckerl.generalization.change_log import ChangeLog, empty_log
 from tuckerl.generalization.step import Loadings, TensorStepHistory, TensorStepState, empty_history
+from tuckerl.problems.problem import Problem
 from tuckerl.rng import child, seed_sequence, stream
 from tuckerl.training.agent_arrays import Settings
 from tuckerl.training.evaluation import Evaluation, evaluate
@@ -66,9 +66,9 @@ class Tables(ABC):
         self._allocate(shape)
 
     @classmethod
-    def reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
+    def reading_of(cls, parameters: Mapping[str, Any]) -> AdapterOptions:
         """Return how a learner with these parameters reads its environment."""
-        return Reading(cls._agents, parameters.get("bins"), parameters.get("compiled", "auto"))
+        return AdapterOptions(cls._agents, parameters.get("bins"), parameters.get("compiled", "auto"))
 
     def _allocate(self, shape: tuple[int, int]) -> None:
         step, n_tables = self.tensor_step, self.n_tables
@@ -76,8 +76,7 @@ class Tables(ABC):
         limit = min(self.problem.max_episode_steps or _MAX_TRAJECTORY, _MAX_TRAJECTORY)
         discount = self.gamma if self.bootstrap_terminal else 0.0
         self._settings = Settings(self.gamma, discount, self.ties == "random")
-        together = isinstance(self.problem, PettingZooProblem)
-        self._worlds = [self.problem.world() for _ in range(1 if together else n_tables)]
+        self._worlds = [self.problem.world() for _ in range(1 if self.problem.shares_world else n_tables)]
         for agent, world in enumerate(self._worlds):
             world.seed(child(self._sequence, agent))
         self._q: FloatArray = np.zeros((n_tables, *shape))  # zeros cost nothing until they are touched
