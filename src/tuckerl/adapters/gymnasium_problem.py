@@ -97,6 +97,7 @@ def _state_of(world: GymnasiumArrays, answer: int) -> int:
 
 @kernel
 def _is_out_of_time(world: GymnasiumArrays, steps: int) -> bool:
+    """Return whether the environment or the time limit truncates the episode after so many steps."""
     return world.truncated[0] or steps >= world.max_episode_steps
 
 

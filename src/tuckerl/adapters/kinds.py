@@ -34,7 +34,7 @@ _STORED_KINDS = {"gymnasium": "SteppedProblem", "pettingzoo": "PlayersProblem"}
 """What formats 1 and 2 call kinds that have other names today."""
 
 _FLAT_KINDS = {"table": "n_states", "simulator": "simulator"}
-"""Kinds whose header these formats do not put under the kind's name, and the entry that tells of them."""
+"""Kinds whose header stands in the file without their name around it, and the entry by which it is recognised."""
 
 
 def save_problem(problem: Problem) -> tuple[Header, Arrays]:

@@ -6,13 +6,12 @@ from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
-from numpy.typing import ArrayLike
 
 from tuckerl.adapters.action_names import action_names_of
 from tuckerl.adapters.masks import MaskReader
 from tuckerl.adapters.python_world import EnvironmentCopies
 from tuckerl.errors import ParameterError, SavedFileError
-from tuckerl.problems.parts import Layout, StateFactor
+from tuckerl.problems.parts import StateFactor
 from tuckerl.problems.problem import GIVE_ENV, Arrays, Choose, Header, Problem
 from tuckerl.spaces.encoder import SpaceEncoder, digit_names, space_encoder, space_encoder_of_edges
 from tuckerl.types import BoolArray, FloatArray
@@ -98,7 +97,7 @@ class PythonProblem(Problem):
         Makes one more; by default it is copied.
     spaces : sequence of AgentSpaces
         Of each agent with a table of its own; the largest of them size the tables.
-    action_sizes, heuristic, layout
+    action_sizes, **parts
         See :class:`~tuckerl.problems.problem.Problem`.
     max_episode_steps : int, optional
         An episode is truncated after as many steps. Default: when the environment says so, and after `STEP_CAP`.
@@ -126,10 +125,9 @@ class PythonProblem(Problem):
         make: Callable[[], Any] | None,
         spaces: Sequence[AgentSpaces],
         *,
+        max_episode_steps: int | None,
         action_sizes: tuple[int, ...] | None = None,
-        max_episode_steps: int | None = None,
-        heuristic: ArrayLike | None = None,
-        layout: Layout | None = None,
+        **parts: Any,
     ) -> None:
         n_actions = max(own.actions.n for own in spaces)
         super().__init__(
@@ -138,10 +136,9 @@ class PythonProblem(Problem):
             max_episode_steps=max_episode_steps or STEP_CAP,
             is_capped=max_episode_steps is None,
             source=source,
-            heuristic=heuristic,
-            layout=layout,
             action_sizes=action_sizes,
             action_names=action_names_of(env, action_sizes or (n_actions,)),
+            **parts,
         )
         self.spaces = tuple(spaces)
         self._copies = EnvironmentCopies(env, source, make)

@@ -29,7 +29,7 @@ def quantile_edges(
     ----------
     env
         A Gymnasium environment that observes a Box: its id, an instance, or a callable that makes one. An instance is
-        reset and left where the last step led, its action space reseeded; what is made here is closed.
+        reset and left where the last step led, its action space reseeded; one that is made here is closed.
     bins : int or sequence of int
         How many bins each dimension gets, or one number for each, in C order.
     steps : int

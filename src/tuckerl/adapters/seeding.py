@@ -1,4 +1,4 @@
-"""Which seeds an environment is reset with, so that a learner can be saved and go on to the last bit."""
+"""Seeds for the resets of environments, so that a saved learner goes on to the last bit."""
 
 from typing import Any
 

@@ -48,7 +48,7 @@ class _Table(NamedTuple):
 
 
 def extract_transition_table(env: gymnasium.Env[Any, Any]) -> TabularMDP | None:
-    """Return the MDP that an environment plays by its table, or None where no table tells all.
+    """Return the MDP that an environment plays by its table, or None where it has no table or more than that decides.
 
     Parameters
     ----------

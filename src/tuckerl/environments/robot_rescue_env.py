@@ -125,7 +125,7 @@ class RobotRescueEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class i
         return self.action_spaces[agent]
 
     def state(self) -> IntArray:
-        """Return the number of the joint state, an array without axes, of which both robots are told one part each."""
+        """Return the number of the joint state, an array without axes; each robot observes one part of it."""
         return np.array(self._state)
 
     def reset(

@@ -29,7 +29,7 @@ DEFAULT_MAP = """\
 ...T....
 .#....#.
 A......B"""
-"""Ours: the paper's Figure 12 and its source show no map that could be read off."""
+"""Designed for this library, as neither the paper's Figure 12 nor its source gives a map."""
 
 
 @dataclass(frozen=True)

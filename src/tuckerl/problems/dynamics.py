@@ -39,11 +39,13 @@ must_return = by_kind(_MUST_RETURN)
 
 @kernel
 def _reaches_limit(world: WorldArrays, steps: int) -> bool:
+    """Return whether an episode of so many steps is truncated."""
     return steps >= world.max_episode_steps
 
 
 @kernel
 def _plays_on(world: WorldArrays) -> bool:
+    """Return False: nothing interrupts this kind."""
     return False
 
 

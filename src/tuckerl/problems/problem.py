@@ -1,4 +1,4 @@
-"""What everything above knows of a problem, whatever its kind: sizes, worlds to play in, and what it says of itself.
+"""The interface of a problem, whatever its kind: its sizes, worlds to play in, names, descriptions, and saving.
 
 A kind of problem is one file with a subclass of :class:`Problem`, a NamedTuple of what kernels read of it, and its
 kernels, which :func:`tuckerl.problems.dynamics.register_dynamics` lists. One line in
@@ -214,12 +214,12 @@ class Problem(ABC):
 
     @property
     def sizes(self) -> list[int | None]:
-        """(states, actions, time limit): what a saved file tells problems apart by that it does not hold."""
+        """(states, actions, time limit): by these, files recognise a problem that they do not hold."""
         return [self.n_states, self.n_actions, self.max_episode_steps]
 
     @abstractmethod
     def save(self) -> tuple[Header, Arrays]:
-        """Return what a saved file holds of the problem; what is code is in no file."""
+        """Return what a saved file holds of the problem: data only, no code."""
 
     @classmethod
     @abstractmethod

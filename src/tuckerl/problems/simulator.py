@@ -1,18 +1,18 @@
-"""Problems that are compiled functions instead of tables: a few numbers that move, and the table's row they fall into.
+"""Problems given by compiled functions that move a few numbers, from which the table's row follows.
 
-Two functions of fixed signatures describe one::
+Two functions of fixed signatures describe a problem::
 
     reset(parameters, state, rng)                                 put the first state into `state`, every entry of it
     step(parameters, state, action, rng) -> (reward, terminated)  move `state` in place
 
-and, unless the first entry of the state is the row of the Q-table, a third says which row it falls into::
+and, unless the first entry of the state is the row of the Q-table, a third gives the row::
 
     index(parameters, state) -> int                               from 0 to n_states - 1
 
 `parameters` (not to be written to) and `state` are float64 arrays, `rng` is a (4,) uint64 stream for
-:func:`tuckerl.rng.uniform`. The functions are compiled: they use numbers, arrays and ``math``, and the values that
-other names have when a simulator's first learner is made; what is to be changed later belongs into `parameters`. All
-simulators share the learners' compiled kernels, because kernels know the signatures and not the functions.
+:func:`tuckerl.rng.uniform`. The functions are compiled: they use numbers, arrays and ``math``. Other names keep
+the values that they have when a simulator's first learner is made, so put what changes later into `parameters`. All
+simulators share the learners' compiled kernels, as kernels depend on the signatures, not on the functions.
 """
 
 import inspect
@@ -42,7 +42,6 @@ Index = Callable[[FloatArray, FloatArray], int]
 KIND, FROM_STATE, ACTION, STEP, TO_STATE, REWARD, NUMBERS = range(7)
 OUT_OF_RANGE, NOT_FINITE = 1.0, 2.0
 
-
 _ARGUMENTS = {
     "reset": "(parameters, state, rng)",
     "step": "(parameters, state, action, rng)",
@@ -51,7 +50,7 @@ _ARGUMENTS = {
 
 
 def first_entry(parameters: FloatArray, state: FloatArray) -> int:
-    """Return the row of a state whose first entry is its row."""
+    """Return the first entry of the state: the default index."""
     return int(state[0])
 
 
@@ -117,12 +116,13 @@ def _step(world: SimulatorArrays, state: int, action: int, rng: Stream) -> tuple
 
 @kernel
 def _must_return(world: SimulatorArrays) -> bool:
+    """Return whether a function has returned something impossible."""
     return world.fault[KIND] > 0.0
 
 
 @kernel
 def _index(world: SimulatorArrays, state: int, action: int, reward: float) -> int:
-    """Return the row that the simulator's state falls into, or -1 where a number is not finite or there is no row."""
+    """Return the state's row, or -1 where a number is not finite or the row is out of range."""
     if not _is_finite(world, reward):
         _note_fault(world, NOT_FINITE, state, action, reward, -1)
         return -1
@@ -135,6 +135,7 @@ def _index(world: SimulatorArrays, state: int, action: int, reward: float) -> in
 
 @kernel
 def _is_finite(world: SimulatorArrays, reward: float) -> bool:
+    """Return whether the reward and all of the state are finite."""
     total = reward - reward  # 0 for a finite number, NaN for any other
     for number in world.state:
         total += number - number

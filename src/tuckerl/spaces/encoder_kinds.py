@@ -151,7 +151,7 @@ class ArrayEncoder(SpaceEncoder):
             return False
 
     def _encode_with_care(self, value: Any) -> int:
-        """Encode what the encoder gave up on, a list perhaps, or say what is wrong with it."""
+        """Encode a value of an unusual type, a list perhaps, or say what is wrong with it."""
         array = self._array(value)
         if array is None or array.shape != self._shape or not self._valid(array.reshape(1, -1))[0]:
             raise self._refused(value)
@@ -288,7 +288,7 @@ class ProductEncoder(SpaceEncoder):
         return parts is not None and self.parts[0].is_batch(parts[0])
 
     def _encode_with_care(self, value: Any) -> int:
-        """Encode what the encoder gave up on: another kind of sequence or mapping, or something wrong."""
+        """Encode an unusual kind of sequence or mapping, or say what is wrong with it."""
         if self._keys is None and (isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim > 0)):
             value = tuple(value)
         parts = self._parts_of(value)

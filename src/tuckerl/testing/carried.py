@@ -1,5 +1,6 @@
-"""Checks that transitions which an environment carries are those that its own steps make."""
+"""Checks by kind of problem, and that the transitions that an environment carries are those of its own steps."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -8,11 +9,12 @@ from tuckerl.errors import ProblemCheckError
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.problem import Problem
 from tuckerl.problems.simulator import Simulator
-from tuckerl.testing.kinds import check_kind
+from tuckerl.testing.arrays import check_arrays
 from tuckerl.testing.playing import Moment
+from tuckerl.testing.simulators import check_simulator
 
 _TOLERANCE = 1e-9
-_MEND = "correct one of them, or learn with compiled=False"
+_ADVICE = "correct one of them, or learn with compiled=False"
 
 
 def check_carried(problem: Problem, stage: Any, played: list[Moment], episodes: int, seed: int) -> None:
@@ -31,10 +33,11 @@ def check_carried(problem: Problem, stage: Any, played: list[Moment], episodes: 
     ------
     ProblemCheckError
     """
-    check_kind(problem, stage.source, episodes, seed)
-    if problem.kind in _CHECKS:
+    if problem.kind in KIND_CHECKS:
+        check_alone, check_played = KIND_CHECKS[problem.kind]
+        check_alone(problem, stage.source, episodes, seed)
         _check_size(problem, stage)
-        _CHECKS[problem.kind](problem, stage, played)
+        check_played(problem, stage, played)
 
 
 def _check_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> None:
@@ -46,13 +49,13 @@ def _check_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> None:
             if after not in mdp.arrays.start_state:
                 raise ProblemCheckError(
                     f"{stage.source} began in state {after} {moment.where}, which is no first state of the table that "
-                    f"it carries: {_MEND}"
+                    f"it carries: {_ADVICE}"
                 )
         elif not _is_outcome(mdp, state, moment, after):
             raise ProblemCheckError(
                 f"action {moment.action} in state {state} led {stage.source} to state {after} with reward "
                 f"{moment.reward} and terminated {bool(moment.terminated)} {moment.where}, which the table that it "
-                f"carries does not hold: {_MEND}"
+                f"carries does not hold: {_ADVICE}"
             )
         if not moment.terminated and moment.mask is not None and mdp.arrays.action_mask.size:
             _check_mask(mdp, after, moment, stage.source)
@@ -64,7 +67,7 @@ def _check_size(problem: Problem, stage: Any) -> None:
     if sizes != (problem.n_states, problem.n_actions):
         raise ProblemCheckError(
             f"the transitions that {stage.source} carries have {problem.n_states} states and {problem.n_actions} "
-            f"actions, and its spaces have {sizes[0]} and {sizes[1]}: {_MEND}"
+            f"actions, and its spaces have {sizes[0]} and {sizes[1]}: {_ADVICE}"
         )
 
 
@@ -80,7 +83,7 @@ def _check_mask(mdp: TabularMDP, state: int, moment: Moment, source: str) -> Non
     if not np.array_equal(allowed, moment.mask):
         raise ProblemCheckError(
             f"{source} allowed the actions {np.flatnonzero(moment.mask)} in state {state} {moment.where}, and the "
-            f"table that it carries {np.flatnonzero(allowed)}: {_MEND}"
+            f"table that it carries {np.flatnonzero(allowed)}: {_ADVICE}"
         )
 
 
@@ -102,9 +105,15 @@ def _check_simulator(simulator: Simulator, stage: Any, played: list[Moment]) -> 
             raise ProblemCheckError(
                 f"{stage.source} came to state {seen} with reward {moment.reward} and terminated "
                 f"{bool(moment.terminated)} {moment.where}, and the simulator that it carries to {row} with {reward} "
-                f"and {bool(terminated)}: {_MEND}"
+                f"and {bool(terminated)}: {_ADVICE}"
             )
 
 
-_CHECKS: dict[str, Any] = {TabularMDP.kind: _check_table, Simulator.kind: _check_simulator}
-"""By kind of problem."""
+KIND_CHECKS: dict[str, tuple[Callable[[Any, str, int, int], None], Callable[[Any, Any, list[Moment]], None]]] = {
+    TabularMDP.kind: (lambda problem, source, episodes, seed: check_arrays(problem, source), _check_table),
+    Simulator.kind: (
+        lambda problem, source, episodes, seed: check_simulator(problem, episodes, seed),
+        _check_simulator,
+    ),
+}
+"""By kind of problem: a check of the problem alone, and one of an environment that carries it."""

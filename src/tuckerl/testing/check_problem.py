@@ -13,8 +13,8 @@ from tuckerl.checks import check_int
 from tuckerl.errors import ParameterTypeError, ProblemCheckError, ProblemError
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.problem import Problem
+from tuckerl.testing.carried import KIND_CHECKS
 from tuckerl.testing.environments import check_environment
-from tuckerl.testing.kinds import KIND_CHECKS, check_kind
 from tuckerl.testing.parallel import check_parallel
 
 
@@ -56,7 +56,7 @@ def check_problem(problem: Environment, *, episodes: int = 20, seed: int = 0) ->
     """
     n_episodes, number = check_int("episodes", episodes, 1), check_int("seed", seed, 0)
     if isinstance(problem, (Problem, Maze)) and (own := as_problem(problem)).kind in KIND_CHECKS:
-        check_kind(own, repr(problem), n_episodes, number)
+        KIND_CHECKS[own.kind][0](own, repr(problem), n_episodes, number)
     else:
         env, make = _made(problem)
         check = check_parallel if isinstance(env, pettingzoo.ParallelEnv) else check_environment

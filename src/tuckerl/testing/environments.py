@@ -24,7 +24,7 @@ from tuckerl.testing.playing import Moment, Stage, check_equal, moments
 
 _BESIDE = 200  # steps of two environments side by side
 SEEDS_DECIDE = "the same seed and the same actions must lead to the same play"
-SEEDS_MEND = (
+SEEDS_ADVICE = (
     "draw from self.np_random after super().reset(seed=seed), from nothing global, and let reset set everything anew"
 )
 
@@ -41,7 +41,7 @@ def check_environment(env: Any, make: Callable[[], Any] | None, episodes: int, s
     _check_by_gymnasium(env, source)
     sequence = seed_sequence(seed)
     played = list(moments(stage, child(sequence, 0), episodes))
-    check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_MEND)
+    check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_ADVICE)
     check_beside(stage, GymStage(EnvironmentCopies(env, source, make).another(), source), sequence, played)
     try:
         problem = as_problem(env)

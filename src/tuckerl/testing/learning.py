@@ -69,7 +69,7 @@ def check_targets(subject: Subject, *, bootstraps: bool) -> None:
     cases = [(True, 0.5, "discount, which is 0 where the return ended, must multiply what comes after")]
     if bootstraps:
         cases.append((False, 0.5 + _GAMMA * later, "an episode that is only cut off goes on: use discount, not ended"))
-    for terminated, value, mend in cases:
+    for terminated, value, advice in cases:
         initial_q = np.array([[0.0], [later]])
         learner = subject.on(one_step(terminated=terminated), gamma=_GAMMA, initial_q=initial_q).learn(500)
         learned = float(learner.q[0, 0, 0])
@@ -77,7 +77,7 @@ def check_targets(subject: Subject, *, bootstraps: bool) -> None:
             end = "ends" if terminated else "is cut off after"
             raise LearnerCheckError(
                 f"a step that pays 0.5, {end} the episode and leads to a state of value {later:g} must become worth "
-                f"{value:g} with gamma {_GAMMA}; {subject.name} has {learned:g}: {mend}"
+                f"{value:g} with gamma {_GAMMA}; {subject.name} has {learned:g}: {advice}"
             )
 
 

@@ -25,8 +25,8 @@ from tuckerl.rng import child, seed_sequence
 from tuckerl.spaces.encoder import space_encoder
 from tuckerl.testing.carried import check_carried
 from tuckerl.testing.environments import (
+    SEEDS_ADVICE,
     SEEDS_DECIDE,
-    SEEDS_MEND,
     GymStage,
     check_beside,
     check_observation,
@@ -54,7 +54,7 @@ def check_parallel(env: Any, make: Callable[[], Any] | None, episodes: int, seed
     sequence, copies = seed_sequence(seed), EnvironmentCopies(env, source, make)
     played = list(moments(stage, child(sequence, 0), episodes))
     _check_by_pettingzoo(copies.another(), source)
-    check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_MEND)
+    check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_ADVICE)
     check_beside(stage, ParallelStage(copies.another(), source), sequence, played)
     _check_carried(env, source, episodes, seed)
 

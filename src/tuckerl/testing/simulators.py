@@ -171,7 +171,7 @@ class _Interpreted:
             returned = function(parameters, *arguments)
         except Exception as error:  # whatever a user's function raises
             raise ProblemCheckError(
-                f"{role} raised {type(error).__name__} {where}: {error}; mend it, as compiled code cannot raise"
+                f"{role} raised {type(error).__name__} {where}: {error}; correct it, as compiled code cannot raise"
             ) from error
         if not _same(parameters, self.simulator.parameters):
             raise ProblemCheckError(

@@ -15,7 +15,7 @@ from tuckerl.types import FloatArray, Stream
 
 LENGTH = 5
 FORBIDDEN_VALUE = 1e6
-"""What actions that may not be taken seem to be worth in `masked`: nobody may believe it."""
+"""The initial value of the actions that may not be taken in `masked`: learners must not use it."""
 
 
 def corridor() -> TabularMDP:
