@@ -24,8 +24,7 @@ def check_declarations(subject: Subject) -> None:
                 f"beside one of their own; {declaration.name!r} of {subject.name} begins as the Q-table does and "
                 f"is declared with share={declaration.share!r}: declare it with share='by_entry'"
             )
-        if declaration.share == "by_row":
-            _check_played(subject, learner, declaration.name)
+    _check_played(subject, learner)
 
 
 def _check_undeclared(subject: Subject, learner: Learner) -> None:
@@ -53,11 +52,13 @@ def _arrays_of(learner: Learner) -> dict[str, np.ndarray]:
     return {name: value for name, value in fields.items() if isinstance(value, np.ndarray) and name not in records}
 
 
-def _check_played(subject: Subject, learner: Learner, name: str) -> None:
-    """Check that the policy reads a learned distribution."""
+def _check_played(subject: Subject, learner: Learner) -> None:
+    """Check that the policy reads a learned distribution, if there is one."""
     held = learner.declared[0]
-    if not np.shares_memory(learner.acting_policy_in_use.preferences(learner.q[0], held), held[name]):
+    names = [d.name for d in learner.declare_state() if isinstance(d, DeclaredArray) and d.share == "by_row"]
+    played = learner.acting_policy_in_use.preferences(learner.q[0], held)
+    if names and not any(np.shares_memory(played, held[name]) for name in names):
         raise LearnerCheckError(
-            f"a distribution that is learned must be what is played; {subject.name} learns {name!r}, and predict and "
-            f"evaluate do not look at it: return OwnDistribution({name!r}, ...) from default_policy"
+            f"a distribution that is learned must be what is played; {subject.name} learns {names[0]!r}, and predict "
+            f"and evaluate do not look at it: return OwnDistribution({names[0]!r}, ...) from default_policy"
         )
