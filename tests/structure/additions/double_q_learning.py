@@ -1,4 +1,4 @@
-"""Double Q-learning (van Hasselt, *Double Q-learning*, NeurIPS 2010): one table chooses the next action, the other values it."""
+"""Double Q-learning (van Hasselt, NeurIPS 2010): one table chooses the next action, the other one values it."""
 
 from typing import NamedTuple
 

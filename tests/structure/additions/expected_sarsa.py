@@ -1,4 +1,4 @@
-"""Expected SARSA (van Seijen and others 2009; Sutton and Barto 2018, section 6.6): the mean over what the policy may do."""
+"""Expected SARSA (Sutton and Barto 2018, section 6.6): the mean over what the policy may do next."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""WoLF-PHC (Bowling and Veloso, Artificial Intelligence 136, 2002, Table 6): win or learn fast, by policy hill-climbing."""
+"""WoLF-PHC (Bowling and Veloso, Artificial Intelligence 136, 2002, Table 6): policy hill-climbing at two speeds."""
 
 from typing import Any, NamedTuple, Unpack
 
