@@ -40,9 +40,9 @@ def problem_of(kind: str) -> Problem:
 def test_every_kind_is_registered_under_its_own_name() -> None:
     assert set(MADE) == set(PROBLEM_KINDS)
     for kind, entry in PROBLEM_KINDS.items():
-        assert entry.problem.kind == kind
+        assert entry.load().kind == kind
         assert entry.description
-        assert isinstance(problem_of(kind), entry.problem)
+        assert isinstance(problem_of(kind), entry.load())
 
 
 def test_problems_describe_themselves() -> None:
@@ -63,7 +63,7 @@ def test_only_agents_of_one_world_decide_how_many_tables_there_are() -> None:
     assert together.n_tables(1) == 2
     with pytest.raises(ParameterError, match="n_agents must stay 1 where each of the environment's 2 agents has a tab"):
         together.n_tables(2)
-    assert [kind for kind, entry in PROBLEM_KINDS.items() if entry.problem.shares_world] == ["pettingzoo"]
+    assert [kind for kind, entry in PROBLEM_KINDS.items() if entry.load().shares_world] == ["pettingzoo"]
     assert not as_problem(Unequal()).has_equal_spaces
 
 

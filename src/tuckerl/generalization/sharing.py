@@ -1,12 +1,11 @@
 """Whose table all agents go on with after a window.
 
 A rule returns the mixture of tables that every agent continues from: (N,) numbers that sum to 1, a single 1 for a plain
-copy, or None to leave every agent its own. To add a rule, write a file of this folder with a function `mix` and list it
-in `SHARING_RULES`, as ``SharingRule(_of("file"), ...)``.
+copy, or None to leave every agent its own. To add a rule, write a file with a function `mix` and list it in
+`SHARING_RULES`, as ``SharingRule(deferred("tuckerl.generalization.file:mix"), ...)``.
 """
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -79,16 +78,6 @@ def _consensus(context: ShareContext) -> FloatArray:
 
 def _none(context: ShareContext) -> None:
     return None
-
-
-def _of(module: str) -> Callable[[ShareContext], FloatArray | None]:
-    """Return the function `mix` of a module in this folder, imported when it is first called."""
-
-    def mix(context: ShareContext) -> FloatArray | None:
-        mixture: FloatArray | None = import_module(f"{__package__}.{module}").mix(context)
-        return mixture
-
-    return mix
 
 
 SHARING_RULES = {

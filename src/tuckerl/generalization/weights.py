@@ -1,11 +1,10 @@
 """How a decomposition of the tables becomes one learning-rate weight for each action (the paper's omega).
 
-A weighting takes the decomposition of the window's tables and returns (A,) weights. To add one, write a file of this
-folder with a function `weigh` and list it in `WEIGHTINGS`, as ``Weighting(_of("file"), ...)``.
+A weighting takes the decomposition of the window's tables and returns (A,) weights. To add one, write a file
+with a function `weigh` and list it in `WEIGHTINGS`, as ``Weighting(deferred("tuckerl.generalization.file:weigh"), ...)``.
 """
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import NamedTuple
 
 import numpy as np
@@ -97,16 +96,6 @@ def _permuted(decomposition: TuckerDecomposition | None, n_actions: int, rng: np
 
 def _none(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
     return np.ones(n_actions)
-
-
-def _of(module: str) -> Callable[[TuckerDecomposition | None, int, np.random.Generator], FloatArray]:
-    """Return the function `weigh` of a module in this folder, imported when it is first called."""
-
-    def weigh(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
-        weights: FloatArray = import_module(f"{__package__}.{module}").weigh(decomposition, n_actions, rng)
-        return weights
-
-    return weigh
 
 
 WEIGHTINGS = {

@@ -292,7 +292,7 @@ def _environment_beside(path: Path) -> Environment | None:
 
 def _is_in_file(kind: str) -> bool:
     """Return whether a saved learner holds all of its problem, which is then not given to `load`."""
-    return kind in PROBLEM_KINDS and PROBLEM_KINDS[kind].problem.is_data
+    return kind in PROBLEM_KINDS and PROBLEM_KINDS[kind].load().is_data
 
 
 def _versions() -> dict[str, str]:
