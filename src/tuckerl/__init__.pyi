@@ -1,8 +1,5 @@
 # Written by `make format` from the registers.
 
-from training.policies.epsilon_greedy import EpsilonGreedy as EpsilonGreedy
-from training.policies.own_distribution import OwnDistribution as OwnDistribution
-
 from tuckerl import errors as errors
 from tuckerl import testing as testing
 from tuckerl._jit import kernel as kernel
@@ -38,7 +35,9 @@ from tuckerl.training.callbacks.logs import JsonLinesLog as JsonLinesLog
 from tuckerl.training.callbacks.stop_on_return import StopOnReturn as StopOnReturn
 from tuckerl.training.callbacks.tensorboard import TensorBoard as TensorBoard
 from tuckerl.training.evaluation import Evaluation as Evaluation
+from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy as EpsilonGreedy
 from tuckerl.training.policies.greedy import Greedy as Greedy
+from tuckerl.training.policies.own_distribution import OwnDistribution as OwnDistribution
 from tuckerl.training.schedules import Exponential as Exponential
 from tuckerl.training.schedules import Harmonic as Harmonic
 from tuckerl.training.schedules import Linear as Linear

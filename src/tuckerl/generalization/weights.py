@@ -1,7 +1,7 @@
 """How a decomposition of the tables becomes one learning-rate weight for each action (the paper's omega).
 
 A weighting takes the decomposition of the window's tables and returns (A,) weights. To add one, write a file
-with a function `weigh` and list it in `WEIGHTINGS`, as ``Weighting(deferred("tuckerl.generalization.file:weigh"), ...)``.
+with a function `weigh` and list it in `WEIGHTINGS`: ``Weighting(deferred("tuckerl.generalization.file:weigh"), ...)``.
 """
 
 from collections.abc import Callable

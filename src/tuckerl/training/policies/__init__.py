@@ -18,11 +18,11 @@ class PolicyEntry(NamedTuple):
 
 POLICIES = {
     "EpsilonGreedy": PolicyEntry(
-        "training.policies.epsilon_greedy", "a random action with probability epsilon, else a greedy one"
+        f"{__name__}.epsilon_greedy", "a random action with probability epsilon, else a greedy one"
     ),
     "Greedy": PolicyEntry(f"{__name__}.greedy", "an action of the largest value"),
     "OwnDistribution": PolicyEntry(
-        "training.policies.own_distribution", "drawn from the distribution that the algorithm learns"
+        f"{__name__}.own_distribution", "drawn from the distribution that the algorithm learns"
     ),
 }
 """The policies by the names of their classes."""
