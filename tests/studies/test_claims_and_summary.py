@@ -4,15 +4,15 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tuckerl.studies.claims import test_claims as claims_of
+from tuckerl.studies.claims import judge_claims as claims_of
 from tuckerl.studies.reproduce import run_study
-from tuckerl.studies.runner import Tables
+from tuckerl.studies.runner import StudyTables
 from tuckerl.studies.study import Study
 from tuckerl.studies.summary import summarise
 
 
 @pytest.fixture
-def tables(study: Study, tmp_path: Path) -> Tables:
+def tables(study: Study, tmp_path: Path) -> StudyTables:
     return run_study(study, tmp_path, workers=1)
 
 
@@ -30,11 +30,11 @@ KEYS = {
 }
 
 
-def test_every_claim_of_the_maze_is_tested(study: Study, tables: Tables) -> None:
+def test_every_claim_of_the_maze_is_tested(study: Study, tables: StudyTables) -> None:
     claims = claims_of(study, tables)
     assert [claim.id for claim in claims] == ["C3", "C4", "C5", "C6", "C9"]
     for claim in claims:
-        line = claim.as_json()
+        line = claim.to_dict()
         assert set(line) == KEYS
         assert line["verdict"] in ("holds", "does not hold", "not decided")
         if claim.id != "C9":
@@ -42,7 +42,7 @@ def test_every_claim_of_the_maze_is_tested(study: Study, tables: Tables) -> None
     assert [claim.runs for claim in claims[:4]] == [4, 4, 2, 2]
 
 
-def test_the_control_is_the_same_difference_against_the_constant(study: Study, tables: Tables) -> None:
+def test_the_control_is_the_same_difference_against_the_constant(study: Study, tables: StudyTables) -> None:
     claim = claims_of(study, tables)[2]
     cost = tables.runs.group_by("variant").agg(pl.col("steps").sum())
     by_name = dict(cost.iter_rows())
@@ -50,7 +50,7 @@ def test_the_control_is_the_same_difference_against_the_constant(study: Study, t
     assert claim.control.mean == pytest.approx(expected)
 
 
-def test_c9_counts_weights_outside(study: Study, tables: Tables) -> None:
+def test_c9_counts_weights_outside(study: Study, tables: StudyTables) -> None:
     def verdict(weights: pl.DataFrame) -> str:
         return claims_of(study, tables._replace(weights=weights))[-1].verdict
 
@@ -63,13 +63,13 @@ def test_c9_counts_weights_outside(study: Study, tables: Tables) -> None:
     assert verdict(within.clear()) == "not decided"
 
 
-def test_the_verdict_does_not_depend_on_the_order_of_rows(study: Study, tables: Tables) -> None:
+def test_the_verdict_does_not_depend_on_the_order_of_rows(study: Study, tables: StudyTables) -> None:
     shuffled = tables.runs.sample(fraction=1, shuffle=True, seed=0)
     one, other = (claims_of(study, tables._replace(runs=runs)) for runs in (tables.runs, shuffled))
-    assert [claim.as_json() for claim in one] == [claim.as_json() for claim in other]
+    assert [claim.to_dict() for claim in one] == [claim.to_dict() for claim in other]
 
 
-def test_curves_cumulate_mean_steps(study: Study, tables: Tables) -> None:
+def test_curves_cumulate_mean_steps(study: Study, tables: StudyTables) -> None:
     _, (summary,) = summarise(study, tables)
     curve = summary.curves[2]
     assert curve.variant == "dyna-ht-3"
@@ -80,7 +80,7 @@ def test_curves_cumulate_mean_steps(study: Study, tables: Tables) -> None:
     assert curve.n_runs == 2
 
 
-def test_weights_are_averaged_over_runs(study: Study, tables: Tables) -> None:
+def test_weights_are_averaged_over_runs(study: Study, tables: StudyTables) -> None:
     _, (summary,) = summarise(study, tables)
     course = next(c for c in summary.weights if c.variant == "dyna-ht-1")
     assert course.episode.tolist() == [10, 20]
@@ -88,7 +88,7 @@ def test_weights_are_averaged_over_runs(study: Study, tables: Tables) -> None:
     assert course.bands[0].mean[1] == pytest.approx(up.filter(episode=20)["weight"].mean())
 
 
-def test_the_shortest_path_of_the_best_agent_is_pictured(study: Study, tables: Tables) -> None:
+def test_the_shortest_path_of_the_best_agent_is_pictured(study: Study, tables: StudyTables) -> None:
     _, (summary,) = summarise(study, tables)
     for path in summary.paths:
         shortest = tables.runs.filter(variant=path.variant, instance=0, run=0)["steps"].min()

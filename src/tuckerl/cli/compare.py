@@ -42,25 +42,21 @@ def compare(
     # Imported here, so that --help is quick.
     from tuckerl.cli.settings import parse_settings, search_here
     from tuckerl.progress import default_workers, progress_bar
-    from tuckerl.reports import write_comparison
-    from tuckerl.reports.compare_text import outcome
-    from tuckerl.studies.compare import ComparisonConfig, contest
-    from tuckerl.studies.compared import compared
+    from tuckerl.reports.comparison_page import write_comparison
+    from tuckerl.reports.comparison_text import outcome
+    from tuckerl.studies.comparison import ComparisonConfig, comparison_study
+    from tuckerl.studies.comparison_result import summarise_comparison
     from tuckerl.studies.reproduce import run_study
 
     search_here(env)
     given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
-    made = contest(ComparisonConfig(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed))
+    config = ComparisonConfig(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed)
+    comparison = comparison_study(config)
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
+    workers = default_workers() if workers is None else workers
     with progress_bar("runs") as progress:
-        tables = run_study(
-            made.study,
-            folder,
-            workers=default_workers() if workers is None else workers,
-            overwrite=overwrite,
-            progress=progress,
-        )
-    result = compared(made, tables)
+        tables = run_study(comparison.study, folder, workers=workers, overwrite=overwrite, progress=progress)
+    result = summarise_comparison(comparison, tables)
     report = write_comparison(result, folder)
     typer.echo(outcome(result))
     typer.echo(f"Report: {report}")

@@ -41,9 +41,9 @@ def train(
     """
     # Imported here, so that --help is quick.
     from tuckerl.cli.settings import parse_numbers, parse_settings, search_here
-    from tuckerl.cli.warned import warnings_told
+    from tuckerl.cli.warnings import short_warnings
     from tuckerl.errors import RankWarning
-    from tuckerl.reports.training_text import how_it_plays, outcome_lines
+    from tuckerl.reports.learner_text import how_it_plays, training_lines
     from tuckerl.studies.training import Training
     from tuckerl.studies.training_config import TrainingConfig
 
@@ -51,11 +51,11 @@ def train(
     given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
     bins = None if quantile_bins is None else parse_numbers(quantile_bins, "--quantile-bins")
     bins = bins[0] if bins and len(bins) == 1 else bins
-    order = TrainingConfig(algorithm, env, keywords, given, bins, agents, seed, episodes, steps)
+    config = TrainingConfig(algorithm, env, keywords, given, bins, agents, seed, episodes, steps)
     folder = out or Path("results") / "train" / re.sub(r"[^\w.-]+", "-", f"{algorithm}-{env}")
     # Ranks that nobody chose need no words where a window allows fewer.
-    with warnings_told(*(() if "ranks" in given else (RankWarning,))):
-        training = Training(order, folder, resume=resume, overwrite=overwrite)
+    with short_warnings(*(() if "ranks" in given else (RankWarning,))):
+        training = Training(config, folder, resume=resume, overwrite=overwrite)
         if training.is_finished:
             typer.echo(
                 f"Nothing to do: {training.agent_file} has learned this already ({training.learner.episodes:,} "
@@ -64,6 +64,6 @@ def train(
             return
         typer.echo(how_it_plays(env, training.learner), err=True)
         training.learn(checkpoint=checkpoint, progress=True)
-        for line in outcome_lines(training.outcome(evaluate)):
+        for line in training_lines(training.result(evaluate)):
             typer.echo(line)
     typer.echo(f"Agent: {training.agent_file}")

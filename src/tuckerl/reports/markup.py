@@ -1,15 +1,20 @@
-"""What all pages have in common: templates that need nothing but themselves, figures inside them, versions."""
+"""What all pages have in common: templates that need nothing but themselves, figures inspection them, versions."""
 
+import json
 import platform
 import re
+from collections.abc import Iterable
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from tuckerl._version import __version__
-from tuckerl.reports.picture import Shown
+from tuckerl.errors import OutputError
+from tuckerl.files import write_whole
+from tuckerl.reports.figure import RenderedFigure
 
 
 def rendered(template: str, **values: Any) -> str:
@@ -25,28 +30,72 @@ def rendered(template: str, **values: Any) -> str:
     return environment.get_template(template).render(values)
 
 
+def write_page(
+    folder: Path,
+    name: str,
+    page: str,
+    figures: Iterable[RenderedFigure],
+    numbers: tuple[str, Any] | None = None,
+) -> Path:
+    """Write ``figures/*.svg`` and ``*.png``, the numbers as JSON and the page; return the page's path.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is missing. Each file is written whole or not at all, the page last.
+    name, page : str
+        The page's file and its content.
+    figures : iterable of RenderedFigure
+    numbers : (name, content), optional
+        A file beside the page.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be made or written.
+    """
+    place = folder / "figures"
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot make the folder {place}: {error.strerror}; choose another folder") from error
+    for figure in figures:
+        write_whole(place / f"{figure.name}.svg", figure.svg)
+        write_whole(place / f"{figure.name}.png", figure.png)
+    if numbers is not None:
+        text = json.dumps(numbers[1], indent=2, allow_nan=False, ensure_ascii=False)
+        write_whole(folder / numbers[0], f"{text}\n".encode())
+    write_whole(folder / name, page.encode())
+    return folder / name
+
+
 def inlined(svg: str, name: str, alt: str) -> Markup:
     """Return matplotlib's SVG as an element of the page: named for screen readers, its ids its own."""
     box = re.search(r'viewBox="([^"]+)"', svg)
     body = svg[svg.index('<g id="figure_1">') : svg.rindex("</svg>")]
     body = re.sub(r"<!--.*?-->", "", body, flags=re.DOTALL)
+    # Images are named by their content, so that two like colour bars have one id; nothing refers to them.
+    body = re.sub(r' id="image[0-9a-f]+"', "", body)
     body = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{name}-", body)
     opening = Markup('<svg viewBox="{}" role="img" aria-label="{}">').format(box[1] if box else "", alt)
     return opening + Markup(body) + Markup("</svg>")  # noqa: S704  # matplotlib's own output, its text turned to shapes
 
 
-def on_page(one: Shown) -> dict[str, Any]:
-    """Return a figure as templates show it."""
-    return {
-        "name": one.name,
-        "title": one.title,
-        "caption": one.caption,
-        "svg": inlined(one.drawn.svg.decode(), one.name, one.alt),
-        "plotly": one.plotly,
-    }
+def on_page(figures: Iterable[RenderedFigure]) -> list[dict[str, Any]]:
+    """Return figures as templates show them."""
+    return [
+        {
+            "name": one.name,
+            "title": one.title,
+            "caption": one.caption,
+            "svg": inlined(one.svg.decode(), one.name, one.alt),
+            "plotly": one.plotly,
+        }
+        for one in figures
+    ]
 
 
 def versions(*libraries: str) -> list[tuple[str, str]]:
-    """Return what a page was made with: this package, Python and the libraries."""
+    """Return the versions of what made a page: this package, Python and the libraries."""
     python = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
     return [("tuckerl", __version__), ("Python", python), *((name, version(name)) for name in libraries)]

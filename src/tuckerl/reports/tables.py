@@ -1,12 +1,9 @@
 """The rows of two of the page's tables: what is assumed, and the claims under other readings."""
 
-from collections.abc import Sequence
 from typing import Any
 
-from tuckerl.reports import text as wording
-from tuckerl.reports.sensitivity_figure import is_changed
-from tuckerl.studies.paper import SCENARIOS
-from tuckerl.studies.sensitivity import Cell
+from tuckerl.reports.text import amount_cell
+from tuckerl.studies.sensitivity import Cell, Sensitivity
 from tuckerl.studies.study import INFERRED, INVENTED, OVERRULED, Assumption, Study
 
 MARKS = {
@@ -35,20 +32,21 @@ def assumption_rows(study: Study) -> list[dict[str, str]]:
     ]
 
 
-def cell_rows(cells: Sequence[Cell]) -> list[dict[str, Any]]:
+def cell_rows(sensitivity: Sensitivity) -> list[dict[str, Any]]:
     """Return one row for each claim and reading, by scenario and claim."""
+    cells = sensitivity.cells
     scenarios, claims = (list(dict.fromkeys(names)) for names in ([c.scenario for c in cells], [_id(c) for c in cells]))
     ordered = sorted(cells, key=lambda cell: (scenarios.index(cell.scenario), claims.index(_id(cell))))
     return [
         {
-            "scenario": SCENARIOS[cell.scenario].title if cell.scenario in SCENARIOS else cell.scenario,
+            "scenario": cell.scenario,
             "id": cell.claim.id,
             "alternative": cell.alternative,
             "verdict": cell.claim.verdict,
             "mark": cell.claim.verdict.replace(" ", "-"),
-            "changed": is_changed(cell, cells),
-            "difference": wording.shown(cell.claim.difference),
-            "control": wording.shown(cell.claim.control),
+            "changed": sensitivity.is_changed(cell),
+            "difference": amount_cell(cell.claim.difference),
+            "control": amount_cell(cell.claim.control),
             "pairs": f"{cell.claim.difference.n_pairs:,}",
             "diverged": f"{cell.claim.difference.n_diverged:,}",
         }

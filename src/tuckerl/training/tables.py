@@ -10,7 +10,8 @@ from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.resolve import Agents, Environment, Problem, Reading, as_problem, check_compiled
 from tuckerl.checks import check_flag, check_int, check_name, check_real
 from tuckerl.generalization.change_log import ChangeLog, empty_log
-from tuckerl.generalization.step import Loadings, TensorStepHistory, TensorStepState, empty_history
+from tuckerl.generalization.loadings import Loadings
+from tuckerl.generalization.step import TensorStepHistory, TensorStepState, empty_history
 from tuckerl.rng import child, seed_sequence, stream
 from tuckerl.training.agent_arrays import Settings
 from tuckerl.training.evaluation import Evaluation, evaluate

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.problems.mdp import Layout
-from tuckerl.reports.inspect.view import WIDTH
+from tuckerl.reports.figure import WIDTH
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 WALL = "0.12"
