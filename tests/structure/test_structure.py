@@ -10,7 +10,7 @@ import pytest
 import tuckerl
 
 PACKAGE = Path(tuckerl.__file__).parent
-GROUND = {"errors", "checks", "rng", "_jit", "types", "files", "interrupts", "progress", "_version"}
+GROUND = {"errors", "checks", "rng", "_jit", "types", "files", "interrupts", "intervals", "progress", "_version"}
 LAYERS = (  # from the bottom; those of one line know nothing of each other
     ("tensor",),
     ("problems", "spaces"),

@@ -4,13 +4,13 @@ import re
 import shlex
 from pathlib import Path
 
+from tuckerl.intervals import CONFIDENCE, N_RESAMPLES
 from tuckerl.reports.comparison_text import difference_rows, outcome, variant_rows
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.markup import on_page, rendered, versions, write_page
 from tuckerl.studies.comparison import N_EPISODES, N_RUNS, ComparisonConfig
 from tuckerl.studies.comparison_result import ComparisonResult
-from tuckerl.studies.statistics import CONFIDENCE, N_RESAMPLES
 
 _LIBRARIES = ("numpy", "scipy", "numba", "gymnasium", "pettingzoo", "polars", "matplotlib")
 _CONSTANTS = ("true", "false", "none", "null")  # words that are read as something else

@@ -8,6 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from tuckerl.intervals import CONFIDENCE, N_RESAMPLES
 from tuckerl.reports.ablation_text import ablation_rows, what_works, without_the_step
 from tuckerl.reports.figure import RenderedFigure, draw_figures
 from tuckerl.reports.figures import FIGURES
@@ -29,7 +30,6 @@ from tuckerl.studies.ablation import Ablation
 from tuckerl.studies.claims import Claim
 from tuckerl.studies.scenarios import SCENARIOS, scenario_study
 from tuckerl.studies.sensitivity import Sensitivity
-from tuckerl.studies.statistics import CONFIDENCE, N_RESAMPLES
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.studies.summary import Curve, Summary
 

@@ -2,7 +2,7 @@
 
 A *pair* is what two variants did from the same seed; its value for each variant is a mean over agents. The difference
 is counted in the claim's favour and, if it is relative, divided by the base's mean; its 95 % interval is the
-bias-corrected and accelerated bootstrap over pairs (Efron 1987; ``scipy.stats.bootstrap``).
+bias-corrected and accelerated bootstrap over pairs.
 """
 
 import math
@@ -13,11 +13,9 @@ import numpy as np
 import polars as pl
 from scipy import stats
 
+from tuckerl.intervals import CONFIDENCE, bca_interval
 from tuckerl.studies.study import Comparison
 from tuckerl.types import FloatArray
-
-CONFIDENCE = 0.95
-N_RESAMPLES = 9999
 
 
 class Measure(NamedTuple):
@@ -156,24 +154,11 @@ def paired_difference(
         return difference / np.abs(base.mean(axis=axis)) if relative else difference
 
     mean = float(in_favour(base, candidate))
-    if n_pairs < 2:
-        return Difference(mean, math.nan, math.nan, n_pairs, n_diverged, relative)
     ratios = (candidate - base) / base if relative and base.all() else candidate - base
-    if np.ptp(ratios) == 0:  # every resample gives the same number, for which BCa is not defined
+    if n_pairs > 1 and np.ptp(ratios) == 0:  # every resample gives the same number, for which BCa is not defined
         return Difference(mean, mean, mean, n_pairs, n_diverged, relative)
-    result = stats.bootstrap(
-        (base, candidate),
-        in_favour,
-        n_resamples=N_RESAMPLES,
-        confidence_level=CONFIDENCE,
-        method="BCa",
-        paired=True,
-        vectorized=True,
-        batch=1000,
-        rng=rng,
-    )
-    interval = result.confidence_interval
-    return Difference(mean, float(interval.low), float(interval.high), n_pairs, n_diverged, relative)
+    low, high = bca_interval((base, candidate), in_favour, rng)
+    return Difference(mean, low, high, n_pairs, n_diverged, relative)
 
 
 class Band(NamedTuple):

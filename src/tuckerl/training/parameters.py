@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Mapping
-from difflib import get_close_matches
 from inspect import Parameter, signature
 from numbers import Real
 from typing import Any, Literal, TypedDict
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.resolve import Problem
-from tuckerl.checks import check_real
+from tuckerl.checks import check_real, did_you_mean
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TableSizeError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
@@ -53,8 +52,7 @@ def check_known(learner: type, parameters: Mapping[str, object]) -> None:
         name = min(unknown)
         own = [p.name for p in signature(learner).parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
         known = [*own, *LearnerParameters.__annotations__]
-        close = get_close_matches(name, known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else f"it takes {', '.join(known)}"
+        hint = did_you_mean(name, known) or f"it takes {', '.join(known)}"
         raise ParameterTypeError(f"{learner.__name__} has no parameter {name!r}: {hint}")
 
 
