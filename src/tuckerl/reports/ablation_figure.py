@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from tuckerl.reports.figure import FigureSpec
 from tuckerl.reports.styles import BLACK, BLUE, GREEN, VERMILLION
@@ -43,7 +43,10 @@ def draw_ablation(ablation: Ablation) -> Figure:
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: tick(value)))
-    unit = "% of its mean" if is_relative(ablation) else MEASURES[ablation.scenario.measure].text
+    unit = "% of its mean"
+    if not all(one.difference.relative for one in ablation.steps):
+        unit = MEASURES[ablation.scenario.measure].text
+        axes.xaxis.set_major_locator(MaxNLocator(5))
     axes.set_xlabel(f"better than {ablation.scenario.algorithm.base} by ({unit})", parse_math=False)
     axes.margins(x=0.06)
     axes.text(1.04, 1.02, "pairs", fontsize=8, transform=axes.transAxes, verticalalignment="bottom")
@@ -58,11 +61,6 @@ def draw_ablation(ablation: Ablation) -> Figure:
         parse_math=False,
     )
     return figure
-
-
-def is_relative(ablation: Ablation) -> bool:
-    """Return whether the differences are parts of the base's mean."""
-    return all(one.difference.relative for one in ablation.steps)
 
 
 def mark_of(scenario: Scenario, step: AblationStep) -> Mark:

@@ -50,13 +50,14 @@ class Claim(NamedTuple):
 def judge_claims(study: Study, tables: StudyTables) -> list[Claim]:
     """Return every claim of the study's scenarios, in the order of their numbers.
 
-    C8, which is about all of the paper's scenarios, is tested where the study has them all.
+    Two are about the paper's scenarios together: C9, on those that the study has, and C8, where it has them all.
     """
     claims = [claim for scenario in study.scenarios for claim in compared_claims(study, scenario, tables.runs)]
-    claims.append(_weights_in_range(tables.weights))
-    of_paper = [scenario for scenario in study.scenarios if scenario.is_of_paper]
-    if {scenario.name for scenario in of_paper} == {name for name, known in SCENARIOS.items() if known.is_of_paper}:
-        claims.append(_processor_time(of_paper, tables))
+    of_paper = {scenario.name: scenario for scenario in study.scenarios if scenario.is_of_paper}
+    if of_paper:
+        claims.append(_weights_in_range(tables.weights.filter(pl.col("scenario").is_in(list(of_paper)))))
+    if of_paper.keys() == {name for name, known in SCENARIOS.items() if known.is_of_paper}:
+        claims.append(_processor_time(list(of_paper.values()), tables))
     return sorted(claims, key=lambda claim: [int(p) if p.isdigit() else p for p in re.split(r"(\d+)", claim.id)])
 
 
