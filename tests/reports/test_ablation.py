@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from tests.reports.examples import SCENARIO, SCENARIOS, ablation_of, difference
 from tuckerl.reports.ablation_figure import ABLATION, CHAIN, SHARING, SLOW, draw_ablation, mark_of
-from tuckerl.reports.ablation_text import ablation_rows, what_works, without_the_step
+from tuckerl.reports.ablation_text import what_works, without_the_step
 from tuckerl.reports.figure import own_style
 from tuckerl.studies.ablation import Ablation
 from tuckerl.studies.statistics import NO_DIFFERENCE
@@ -104,14 +104,6 @@ def test_the_slower_base_is_told_apart() -> None:
     assert "slow" not in what_works(ablation_of())
     assert without_the_step(with_all(math.nan)) == ""
     assert without_the_step(ablation_of()._replace(steps=())) == ""
-
-
-def test_rows_have_both_differences() -> None:
-    first, second = ablation_rows(ablation_of())[:2]
-    assert first["difference"] == first["added"] == {"mean": "+30.0 %", "interval": "[25.0, 35.0]"}
-    assert (second["variant"], second["before"]) == ("permuted-1", "constant-1")
-    assert second["difference"]["mean"] == "\N{MINUS SIGN}20.0 %"
-    assert second["added"]["mean"] == "\N{MINUS SIGN}40.0 %"
 
 
 def test_a_gain_without_pairs_can_be_drawn() -> None:

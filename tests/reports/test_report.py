@@ -24,10 +24,11 @@ from tests.reports.examples import (
 )
 from tuckerl.errors import OutputError
 from tuckerl.reports.ablation_text import what_works
+from tuckerl.reports.assumptions import MARKS
 from tuckerl.reports.curves import CURVES
 from tuckerl.reports.markup import inlined
 from tuckerl.reports.report import write_report
-from tuckerl.reports.tables import MARKS
+from tuckerl.reports.text import amount, amount_interval
 from tuckerl.studies.study import INVENTED, Assumption
 from tuckerl.studies.summary import summarise
 
@@ -279,12 +280,15 @@ def test_assumptions_are_stated_once_with_their_marks(whole: tuple[Path, str]) -
 
 
 def test_ablations_and_cells_are_on_the_page(whole: tuple[Path, str]) -> None:
-    texts = " ".join(" ".join(text.split()) for text in Page(whole[1]).texts)
+    texts = " ".join(" ".join(Page(whole[1]).texts).split())
     for ablation in (ablation_of(scenario) for scenario in SCENARIOS):
         assert what_works(ablation) in texts
         for one in ablation.steps:
             assert one.label in texts
+            for difference in (one.difference, one.added):
+                assert f"{amount(difference)} {amount_interval(difference)}".strip() in texts
     assert texts.count("(changed)") == 2
+    assert "\N{MINUS SIGN}40.0 % [\N{MINUS SIGN}50.0, \N{MINUS SIGN}30.0]" in texts
     assert "--sensitivity" in texts
 
 

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from tests.reports.examples import SCENARIO, claim, weights_claim
+from tests.reports.examples import claim, study_of, weights_claim
 from tuckerl.reports import text as wording
 from tuckerl.reports.report import commands
 from tuckerl.reports.report_text import described, outcome, reading
@@ -12,13 +12,11 @@ from tuckerl.studies.scenarios import scenario_study
 from tuckerl.studies.statistics import NO_DIFFERENCE, Difference
 from tuckerl.studies.study import Study, variant
 
-COMPARISONS = {comparison.id: comparison for comparison in SCENARIO.comparisons}
+STUDY = study_of()
 
 
 def read(verdict: str, low: float, high: float, claim_id: str = "C5") -> str:
-    return reading(
-        claim(verdict, control=((low + high) / 2, low, high), claim_id=claim_id), COMPARISONS[claim_id], SCENARIO
-    )
+    return reading(STUDY, claim(verdict, control=((low + high) / 2, low, high), claim_id=claim_id))
 
 
 def test_a_gain_over_the_control_too_is_not_explained_by_the_learning_rate() -> None:
@@ -50,35 +48,30 @@ def test_a_claim_that_fails_is_said_to_fail() -> None:
 
 
 def test_rules_of_sharing_differ_in_neither_rate_nor_number_of_agents() -> None:
-    comparison = CART_POLE.comparisons[2]
-    assert comparison.id == "C10"
     gain = claim("holds", control=(0.0, -0.1, 0.1), claim_id="C10")
-    assert reading(gain, comparison, CART_POLE) == (
+    assert reading(study_of(CART_POLE), gain._replace(scenario=CART_POLE.name)) == (
         "No better than the control: constant weights and the same sharing explain the gain, as far as these runs can "
         "tell."
     )
 
 
 def test_pairs_that_all_diverged_and_a_control_that_was_not_run_are_said() -> None:
-    comparison = COMPARISONS["C5"]
     lost = claim("not decided", (math.nan,) * 3, n_diverged=3)
-    assert reading(lost, comparison, SCENARIO) == ("Nothing is left to compare: in all 3 pairs a run diverged.")
+    assert reading(STUDY, lost) == ("Nothing is left to compare: in all 3 pairs a run diverged.")
     unplayed = lost._replace(difference=NO_DIFFERENCE)
-    assert reading(unplayed, comparison, SCENARIO) == "No pair was run."
+    assert reading(STUDY, unplayed) == "No pair was run."
     alone = claim("holds")._replace(control=NO_DIFFERENCE)
-    assert reading(alone, comparison, SCENARIO) == "There is no run of the control to compare it with."
+    assert reading(STUDY, alone) == "There is no run of the control to compare it with."
 
 
 def test_one_pair_has_no_interval() -> None:
     one = claim("not decided", (0.1, math.nan, math.nan), (0.1, math.nan, math.nan))
-    assert reading(one, COMPARISONS["C5"], SCENARIO) == (
-        "Too few pairs for an interval. Too few pairs to compare it with the control."
-    )
+    assert reading(STUDY, one) == ("Too few pairs for an interval. Too few pairs to compare it with the control.")
     assert wording.amount_interval(one.difference) == "no interval"
 
 
 def test_a_claim_that_compares_nothing_has_no_reading() -> None:
-    assert reading(weights_claim(), None, SCENARIO) == ""
+    assert reading(STUDY, weights_claim()) == ""
 
 
 @pytest.mark.parametrize(
@@ -104,6 +97,11 @@ def test_a_claim_that_compares_nothing_has_no_reading() -> None:
         (wording.seconds(0.0095637), "9.56 ms"),
         (wording.seconds(12.345), "12.3 s"),
         (wording.seconds(math.nan), wording.NOTHING),
+        (wording.total(1234.5, "steps"), "1,234"),
+        (wording.total(-1.5, "return"), "\N{MINUS SIGN}1.50"),
+        (wording.total_interval(-1.5, 2.0, "return"), "[\N{MINUS SIGN}1.50, 2.00]"),
+        (wording.mean_of(12.34, "steps"), "12.3"),
+        (wording.mean_of(12.34, "return"), "12.34"),
         (wording.counted(1, "run"), "1 run"),
         (wording.counted(1500, "run"), "1,500 runs"),
     ],

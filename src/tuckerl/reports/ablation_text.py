@@ -1,9 +1,8 @@
-"""Which ingredient does the work, in words and as a table's rows."""
+"""Which ingredient does the work, in words."""
 
 import math
-from typing import Any
 
-from tuckerl.reports.text import amount, amount_cell, amount_interval, counted
+from tuckerl.reports.text import amount, amount_interval, counted
 from tuckerl.studies.ablation import Ablation, AblationStep
 
 
@@ -35,22 +34,6 @@ def without_the_step(ablation: Ablation) -> str:
         return ""
     rate = f"{amount(slow.difference)} {amount_interval(slow.difference)}"
     return f"The smaller learning rate alone, from the first episode on and without any tensor step: {rate}."
-
-
-def ablation_rows(ablation: Ablation) -> list[dict[str, Any]]:
-    """Return the table's rows."""
-    return [
-        {
-            "label": one.label,
-            "variant": one.variant,
-            "difference": amount_cell(one.difference),
-            "before": one.before,
-            "added": amount_cell(one.added),
-            "pairs": f"{one.difference.n_pairs:,}",
-            "diverged": f"{one.difference.n_diverged:,}",
-        }
-        for one in ablation.steps
-    ]
 
 
 def _steps(ablation: Ablation) -> list[AblationStep]:

@@ -4,13 +4,13 @@ import re
 import shlex
 from pathlib import Path
 
-from tuckerl.intervals import CONFIDENCE, N_RESAMPLES
-from tuckerl.reports.comparison_text import difference_rows, outcome, variant_rows
+from tuckerl.reports.comparison_text import outcome, settings
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.markup import on_page, rendered, versions, write_page
+from tuckerl.reports.report_text import described
 from tuckerl.studies.comparison import N_EPISODES, N_RUNS, ComparisonConfig
-from tuckerl.studies.comparison_result import ComparisonResult
+from tuckerl.studies.comparison_result import VERDICTS, ComparisonResult
 
 _LIBRARIES = ("numpy", "scipy", "numba", "gymnasium", "pettingzoo", "polars", "matplotlib")
 _CONSTANTS = ("true", "false", "none", "null")  # words that are read as something else
@@ -30,26 +30,20 @@ def write_comparison(result: ComparisonResult, folder: Path) -> Path:
     OutputError
         If the folder cannot be made or written.
     """
-    config, study, figures = result.study.config, result.study, draw_figures(FIGURES, result)
+    study, figures = result.study, draw_figures(FIGURES, result)
     page = rendered(
         "comparison.html",
         title=study.scenario.title,
         outcome=outcome(result),
-        comparison=study.comparison,
-        rows=difference_rows(result),
-        no_control=study.no_control,
-        relative=result.difference.relative,
-        measured=result.measure.text,
-        larger_is_better=result.measure.larger_is_better,
-        variants=variant_rows(result),
+        result=result,
+        study=study,
+        variants=list(zip(study.scenario.variants, result.estimates, strict=True)),
+        verdicts=VERDICTS,
         figures=on_page(figures),
-        environment=study.scenario.name,
-        config=config,
-        assumptions=study.scenario.assumptions,
-        command=command(config),
+        command=command(study.config),
         versions=versions(*_LIBRARIES),
-        confidence=round(100 * CONFIDENCE),
-        resamples=N_RESAMPLES,
+        described=described,
+        settings=settings,
     )
     return write_page(folder, "report.html", page, figures, ("compare.json", result.to_dict()))
 

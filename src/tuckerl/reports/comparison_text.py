@@ -1,23 +1,16 @@
 """What came out of a comparison, in words."""
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
-from tuckerl.generalization.step import TensorStep
-from tuckerl.reports.report_text import described
 from tuckerl.reports.text import (
     all_pairs,
     amount,
-    amount_cell,
     amount_interval,
     counted,
     measured,
-    measured_interval,
-    seconds,
 )
-from tuckerl.studies.comparison_result import VERDICTS, ComparisonResult, Estimate
-from tuckerl.studies.statistics import Difference
+from tuckerl.studies.comparison_result import ComparisonResult, Estimate
+from tuckerl.studies.study import Variant
 
 
 def outcome(result: ComparisonResult) -> str:
@@ -81,50 +74,12 @@ def _shared(result: ComparisonResult) -> str:
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"
 
 
-def difference_rows(result: ComparisonResult) -> list[dict[str, Any]]:
-    """Return one row for the base, and one for the control where there is one."""
-    comparison = result.study.comparison
-    rows = [_difference_row(comparison.base, "the base", result.difference)]
-    if comparison.control:
-        rows.append(_difference_row(comparison.control, "the control", result.control))
-    return rows
-
-
-def _difference_row(name: str, role: str, difference: Difference) -> dict[str, Any]:
-    return {
-        "name": name,
-        "role": role,
-        "verdict": VERDICTS[difference.verdict],
-        "mark": difference.verdict.replace(" ", "-"),
-        "difference": amount_cell(difference),
-        "pairs": f"{difference.n_pairs:,}",
-        "diverged": f"{difference.n_diverged:,}",
-    }
-
-
-def variant_rows(result: ComparisonResult) -> list[dict[str, Any]]:
-    """Return one row for each variant."""
-    study = result.study
-    return [
-        {
-            "name": made.name,
-            "title": study.algorithm(made.name).title,
-            "described": described(made),
-            "agents": made.n_agents,
-            "mean": measured(one.mean),
-            "interval": measured_interval(one.low, one.high),
-            "seconds": seconds(one.seconds),
-            "runs": f"{one.n_runs:,}",
-            "diverged": f"{one.n_diverged:,}",
-            "settings": _settings(made.parameters, made.tensor_step),
-            "source": study.algorithm(made.name).source,
-        }
-        for made, one in zip(study.scenario.variants, result.estimates, strict=True)
+def settings(variant: Variant) -> str:
+    """Return the parameters that a variant was given."""
+    step = variant.tensor_step
+    words = [f"{name} {value}" for name, value in variant.parameters.items()] or [
+        "all parameters as they are by default"
     ]
-
-
-def _settings(parameters: Mapping[str, Any], step: TensorStep | None) -> str:
-    words = [f"{name} {value}" for name, value in parameters.items()] or ["all parameters as they are by default"]
     if step is not None:
         words.append(
             f"tensor step every {step.every} episodes with ranks {step.ranks}, weights {step.weights}, "

@@ -1,6 +1,7 @@
 """What all pages have in common: templates that need nothing but themselves, figures inspection them, versions."""
 
 import json
+import math
 import platform
 import re
 from collections.abc import Iterable
@@ -14,11 +15,16 @@ from markupsafe import Markup
 from tuckerl._version import __version__
 from tuckerl.errors import OutputError
 from tuckerl.files import write_whole
+from tuckerl.intervals import CONFIDENCE, N_RESAMPLES
+from tuckerl.reports import text
 from tuckerl.reports.figure import RenderedFigure
 
 
 def rendered(template: str, **values: Any) -> str:
-    """Return a page: a template of this folder with the values in it, all text escaped."""
+    """Return a page: a template of this folder with the values in it, all text escaped.
+
+    Templates word numbers by the functions of ``text.py``, as filters.
+    """
     environment = Environment(
         loader=PackageLoader("tuckerl.reports", ""),
         autoescape=True,
@@ -27,6 +33,10 @@ def rendered(template: str, **values: Any) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    for name, word in vars(text).items():
+        if getattr(word, "__module__", "") == text.__name__ and not name.startswith("_"):
+            environment.filters[name] = word
+    environment.globals |= {"nan": math.nan, "confidence": round(100 * CONFIDENCE), "resamples": N_RESAMPLES}
     return environment.get_template(template).render(values)
 
 
@@ -63,8 +73,8 @@ def write_page(
         write_whole(place / f"{figure.name}.svg", figure.svg)
         write_whole(place / f"{figure.name}.png", figure.png)
     if numbers is not None:
-        text = json.dumps(numbers[1], indent=2, allow_nan=False, ensure_ascii=False)
-        write_whole(folder / numbers[0], f"{text}\n".encode())
+        content = json.dumps(numbers[1], indent=2, allow_nan=False, ensure_ascii=False)
+        write_whole(folder / numbers[0], f"{content}\n".encode())
     write_whole(folder / name, page.encode())
     return folder / name
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from tuckerl.reports.text import all_pairs, counted
 from tuckerl.studies.claims import Claim
 from tuckerl.studies.statistics import Difference
-from tuckerl.studies.study import Comparison, Scenario, Variant
+from tuckerl.studies.study import Comparison, Scenario, Study, Variant
 
 _VERDICTS = {
     "holds": ("holds", "hold"),
@@ -30,10 +30,12 @@ def outcome(claims: Sequence[Claim]) -> str:
     )
 
 
-def reading(claim: Claim, comparison: Comparison | None, scenario: Scenario | None) -> str:
-    """Return what a claim's two intervals say together, in plain words."""
-    if comparison is None or scenario is None:
+def reading(study: Study, claim: Claim) -> str:
+    """Return what a claim's two intervals say together, in plain words; nothing of a claim that compares nothing."""
+    found = [(s, c) for s in study.scenarios if s.name == claim.scenario for c in s.comparisons if c.id == claim.id]
+    if not found:
         return ""
+    ((scenario, comparison),) = found
     if math.isnan(claim.difference.mean):
         lost = claim.difference.n_diverged
         return f"Nothing is left to compare: in {all_pairs(lost)} a run diverged." if lost else "No pair was run."

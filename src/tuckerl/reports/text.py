@@ -76,9 +76,19 @@ def amount_interval(difference: Difference) -> str:
     return measured_interval(difference.low, difference.high)
 
 
-def amount_cell(difference: Difference) -> dict[str, str]:
-    """Return a difference and its interval for a table's cell."""
-    return {"mean": amount(difference), "interval": amount_interval(difference)}
+def total(value: float, column: str) -> str:
+    """Return a sum of steps without decimals, or one of returns with about four figures."""
+    return whole(value) if column == "steps" else measured(value)
+
+
+def total_interval(low: float, high: float, column: str) -> str:
+    """Return the interval of `total`."""
+    return interval(low, high) if column == "steps" else measured_interval(low, high)
+
+
+def mean_of(value: float, column: str) -> str:
+    """Return a mean of steps with one decimal, or one of returns with about four figures."""
+    return tenths(value) if column == "steps" else measured(value)
 
 
 def signed(value: float) -> str:

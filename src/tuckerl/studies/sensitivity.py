@@ -30,6 +30,13 @@ class Sensitivity(NamedTuple):
 
     cells: tuple[Cell, ...] = ()
 
+    @property
+    def by_claim(self) -> list[Cell]:
+        """The cells by scenario and claim."""
+        scenarios = list(dict.fromkeys(cell.scenario for cell in self.cells))
+        claims = list(dict.fromkeys(cell.claim.id for cell in self.cells))
+        return sorted(self.cells, key=lambda cell: (scenarios.index(cell.scenario), claims.index(cell.claim.id)))
+
     def is_changed(self, cell: Cell) -> bool:
         """Return whether a claim's verdict differs from that of the default reading of the same runs.
 

@@ -73,7 +73,7 @@ def _summary(scenario: Scenario, tables: StudyTables) -> Summary:
         paired_curves({name: _cumulated(runs.filter(pl.col("variant") == name), measure.column) for name in names}),
         tuple(course for course in courses if course is not None),
         tuple(_path(name, paths.filter(pl.col("variant") == name)) for name in scenario.record_paths_of),
-        dict(best_episodes.agg(measured.mean()).iter_rows()),
+        dict(best_episodes.agg(measured.mean().fill_null(np.nan)).iter_rows()),
         mean_seconds(times),
     )
 
