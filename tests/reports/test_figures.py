@@ -23,7 +23,7 @@ from tuckerl.studies.summary import Summary
 
 
 def summary_name(spec: FigureSpec[Any], scenario: Scenario) -> str:
-    return spec.name if isinstance(spec.name, str) else spec.name(summary_of(scenario))
+    return spec.text_of(summary_of(scenario)).name
 
 
 DRAWN = {

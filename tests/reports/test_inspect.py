@@ -61,8 +61,8 @@ def everything(layout: tuple[int, int] | None = (3, 4), n_agents: int = 3, n_win
     return made._replace(history=history_of(chosen), steps=steps, returns=-steps.astype(np.float64))
 
 
-def texts(view: FigureSpec[Inspection], inspection: Inspection) -> str:
-    return view.caption(inspection) + view.alt(inspection)
+def texts(spec: FigureSpec[Inspection], inspection: Inspection) -> str:
+    return spec.caption(inspection) + spec.alt(inspection)
 
 
 @pytest.mark.parametrize(
@@ -399,15 +399,15 @@ LITTLE = {
 @pytest.mark.parametrize("case", LITTLE)
 def test_little_or_nothing_can_be_drawn(case: str) -> None:
     inspection = LITTLE[case]
-    shown = [view for view in FIGURES if view.applies(inspection)]
-    assert len([view for view in shown if view.name == "policy"]) == 1
-    for view in shown:
+    shown = [spec for spec in FIGURES if spec.applies(inspection)]
+    assert len([spec for spec in shown if spec.text_of(inspection).name == "policy"]) == 1
+    for spec in shown:
         with own_style():
-            view.draw(inspection).canvas.draw()
-        words = texts(view, inspection)
+            spec.draw(inspection).canvas.draw()
+        words = texts(spec, inspection)
         assert "nan" not in words.lower(), words
-        assert view.caption(inspection).endswith(".")
-    assert len({view.name for view in shown}) == len(shown)
+        assert spec.caption(inspection).endswith(".")
+    assert len({spec.text_of(inspection).name for spec in shown}) == len(shown)
 
 
 def test_files_are_the_same_bytes_whatever_the_users_settings() -> None:
@@ -416,17 +416,17 @@ def test_files_are_the_same_bytes_whatever_the_users_settings() -> None:
         second = inspection_figures(everything())
         assert mpl.rcParams["font.size"] == 20
     assert first == second
-    assert [one.name for one in first] == [view.name for view in FIGURES if view is not PLAIN]
+    assert [one.name for one in first] == [spec.text_of(everything()).name for spec in FIGURES if spec is not PLAIN]
     assert all(one.png.startswith(b"\x89PNG") for one in first)
 
 
 @pytest.mark.parametrize("inspection", [everything(), everything(layout=None)], ids=["grid", "no layout"])
 def test_letters_are_at_least_8_points_and_figures_as_wide_as_a_text(inspection: Inspection) -> None:
-    for view in FIGURES:
-        if not view.applies(inspection):
+    for spec in FIGURES:
+        if not spec.applies(inspection):
             continue
         with own_style():
-            figure = view.draw(inspection)
+            figure = spec.draw(inspection)
             assert figure.get_size_inches()[0] == 7.2
             ticks = [tick for axes in figure.axes for tick in (*axes.get_xticklabels(), *axes.get_yticklabels())]
             titles = [axes.title for axes in figure.axes]

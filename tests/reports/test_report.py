@@ -29,7 +29,7 @@ from tuckerl.reports.curves import CURVES
 from tuckerl.reports.markup import inlined
 from tuckerl.reports.report import write_report
 from tuckerl.reports.text import amount, amount_interval
-from tuckerl.studies.study import INVENTED, Assumption
+from tuckerl.studies.assumptions import INVENTED, Assumption
 from tuckerl.studies.summary import summarise
 
 CLAIMS = [claim("holds"), claim("does not hold", claim_id="C3"), claim("not decided", claim_id="C4"), weights_claim()]

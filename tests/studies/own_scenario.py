@@ -4,7 +4,8 @@ import polars as pl
 
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.q_learning import QLearning
-from tuckerl.studies.study import INVENTED, AlgorithmConfig, Alternative, Assumption, Comparison, Scenario, variants
+from tuckerl.studies.assumptions import INVENTED, Assumption
+from tuckerl.studies.study import AlgorithmConfig, Alternative, Comparison, Scenario, variants
 
 MEAN_RETURN, BEST_RETURN = pl.col("return").mean(), pl.col("return").max()
 

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from tuckerl.cli.options import EnvSettings, OverwriteStudy, Seed, Workers
+
 
 def compare(
     base: Annotated[str, typer.Argument(help="An algorithm; `tuckerl list algorithms` shows them.")],
@@ -20,19 +22,14 @@ def compare(
             "--set", metavar="NAME=VALUE", help="A parameter of both, or base.NAME or candidate.NAME; may be repeated."
         ),
     ] = None,
-    env_settings: Annotated[
-        list[str] | None,
-        typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
-    ] = None,
+    env_settings: EnvSettings = None,
     measure: Annotated[
         str, typer.Option(help="return or steps of an episode, or final: the return in the last tenth of them.")
     ] = "return",
-    workers: Annotated[int | None, typer.Option(help="Processes. Default: one for each core.")] = None,
-    seed: Annotated[int, typer.Option(help="Decides all results.")] = 0,
+    workers: Workers = None,
+    seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for the results. Default: one in results/compare.")] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace another study's results in the folder.")
-    ] = False,
+    overwrite: OverwriteStudy = False,
 ) -> None:
     """Compare two algorithms on an environment; write report.html, a figure, compare.json and runs.parquet.
 

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from tuckerl.cli.options import EnvSettings
+
 
 def evaluate(
     file: Annotated[Path, typer.Argument(help="A saved agent, such as agent.tuckerl.")],
@@ -13,10 +15,7 @@ def evaluate(
     env: Annotated[
         str | None, typer.Option(help="What it learned on, where the file and run.json beside it do not say.")
     ] = None,
-    env_settings: Annotated[
-        list[str] | None,
-        typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
-    ] = None,
+    env_settings: EnvSettings = None,
 ) -> None:
     """Play greedy episodes with a saved agent; print their mean return with its interval."""
     # Imported here, so that --help is quick.

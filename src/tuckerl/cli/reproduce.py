@@ -5,13 +5,15 @@ from typing import Annotated
 
 import typer
 
+from tuckerl.cli.options import OverwriteStudy, Seed, Workers
+
 
 def reproduce(
     scenario: Annotated[str, typer.Argument(help="A scenario, which `tuckerl list scenarios` shows, or all.")] = "all",
     runs: Annotated[int | None, typer.Option(help="Runs of each instance. Default: the paper's.")] = None,
     episodes: Annotated[int | None, typer.Option(help="Episodes of each run. Default: the paper's.")] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes. Default: one for each core.")] = None,
-    seed: Annotated[int, typer.Option(help="Decides all results.")] = 0,
+    workers: Workers = None,
+    seed: Seed = 0,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results. Default: results/paper, or results/quick with --quick.")
     ] = None,
@@ -19,9 +21,7 @@ def reproduce(
     sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Test the claims under other readings of the paper, too.")
     ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace another study's results in the folder.")
-    ] = False,
+    overwrite: OverwriteStudy = False,
 ) -> None:
     """Run the paper's experiments; write report.html, figures, claims.json and runs.parquet.
 

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from tuckerl.cli.options import EnvSettings
+
 
 def show(
     file: Annotated[Path, typer.Argument(help="A saved agent, or a (state, action, episode, agent) .npy or .npz.")],
@@ -18,10 +20,7 @@ def show(
     env: Annotated[
         str | None, typer.Option(help="What an agent learned on, where the file and run.json do not say.")
     ] = None,
-    env_settings: Annotated[
-        list[str] | None,
-        typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
-    ] = None,
+    env_settings: EnvSettings = None,
 ) -> None:
     """Inspect a file: write inspect.html and figures of the policy, the values, the loadings and the windows."""
     # Imported here, so that --help is quick.

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from tuckerl.cli.options import EnvSettings, Seed
+
 
 def train(
     algorithm: Annotated[str, typer.Argument(help="An algorithm; `tuckerl list algorithms` shows them.")],
@@ -19,14 +21,11 @@ def train(
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="A parameter, such as alpha=0.2; may be repeated."),
     ] = None,
-    env_settings: Annotated[
-        list[str] | None,
-        typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
-    ] = None,
+    env_settings: EnvSettings = None,
     quantile_bins: Annotated[
         str | None, typer.Option(metavar="N[,N...]", help="Bins of a Box by the quantiles of random play.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Decides all results.")] = 0,
+    seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for the agent. Default: one in results/train.")] = None,
     checkpoint: Annotated[int | None, typer.Option(min=1, help="Save after every so many episodes, too.")] = None,
     evaluate: Annotated[int, typer.Option(min=0, help="Greedy episodes at the end.")] = 100,

@@ -11,6 +11,7 @@ from tuckerl.reports.figure import FigureSpec
 from tuckerl.reports.styles import BLACK, BLUE, GREEN, VERMILLION
 from tuckerl.reports.text import amount, counted, tick
 from tuckerl.studies.ablation import Ablation, AblationStep
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.studies.statistics import MEASURES
 from tuckerl.studies.study import Scenario
 
@@ -101,6 +102,10 @@ def _draw_row(axes: Axes, place: int, one: AblationStep, mark: Mark) -> None:
     )
 
 
+def _text(ablation: Ablation) -> FigureText:
+    return FigureText(f"ablation-{ablation.scenario.name}", f"{ablation.scenario.title}: the gain taken apart")
+
+
 def _caption(ablation: Ablation) -> str:
     scenario = ablation.scenario
     runs, instances = counted(scenario.n_runs, "run"), counted(scenario.n_instances, "instance")
@@ -125,11 +130,4 @@ def _alt(ablation: Ablation) -> str:
     return f"Dots with intervals, one for each step: {ends}."
 
 
-ABLATION = FigureSpec(
-    Ablation,
-    name=lambda ablation: f"ablation-{ablation.scenario.name}",
-    title=lambda ablation: f"{ablation.scenario.title}: the gain taken apart",
-    draw=draw_ablation,
-    caption=_caption,
-    alt=_alt,
-)
+ABLATION = FigureSpec(Ablation, _text, draw_ablation, _caption, _alt)

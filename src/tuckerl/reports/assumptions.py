@@ -1,6 +1,7 @@
 """The assumptions of a study, as rows of a table."""
 
-from tuckerl.studies.study import INFERRED, INVENTED, OVERRULED, Assumption, Study
+from tuckerl.studies.assumptions import INFERRED, INVENTED, OVERRULED, Assumption
+from tuckerl.studies.study import Study
 
 MARKS = {
     INVENTED: "ours: invented, and declared here",

@@ -6,6 +6,7 @@ from tuckerl.reports.figure import FigureSpec
 from tuckerl.reports.panels import Panels, draw_panels, left_out
 from tuckerl.reports.text import counted, measured
 from tuckerl.studies.comparison_result import ComparisonResult
+from tuckerl.studies.figure_text import FigureText
 
 
 def _draw(result: ComparisonResult) -> Figure:
@@ -22,6 +23,10 @@ def _draw(result: ComparisonResult) -> Figure:
             counts_steps=False,
         )
     )
+
+
+def _text(result: ComparisonResult) -> FigureText:
+    return FigureText("compare", f"{result.measure.column.capitalize()} by episode")
 
 
 def _caption(result: ComparisonResult) -> str:
@@ -47,11 +52,4 @@ def _alt(result: ComparisonResult) -> str:
     return f"Two panels of curves by episode. {result.measure.column.capitalize()} at the end: {ends}."
 
 
-COMPARISON = FigureSpec(
-    ComparisonResult,
-    name="compare",
-    title=lambda result: f"{result.measure.column.capitalize()} by episode",
-    draw=_draw,
-    caption=_caption,
-    alt=_alt,
-)
+COMPARISON = FigureSpec(ComparisonResult, _text, _draw, _caption, _alt)

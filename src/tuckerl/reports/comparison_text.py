@@ -2,13 +2,7 @@
 
 import math
 
-from tuckerl.reports.text import (
-    all_pairs,
-    amount,
-    amount_interval,
-    counted,
-    measured,
-)
+from tuckerl.reports.text import all_pairs, amount, amount_interval, counted, measured
 from tuckerl.studies.comparison_result import ComparisonResult, Estimate
 from tuckerl.studies.study import Variant
 

@@ -66,12 +66,4 @@ def _alt(summary: Summary) -> str:
     return f"Two panels of curves by episode. {column.capitalize()} cumulated at the end: {ends}."
 
 
-CURVES = FigureSpec(
-    Summary,
-    name=lambda summary: _text(summary).name,
-    title=lambda summary: _text(summary).title,
-    draw=_draw,
-    caption=_caption,
-    alt=_alt,
-    interactive=_interactive,
-)
+CURVES = FigureSpec(Summary, _text, _draw, _caption, _alt, interactive=_interactive)

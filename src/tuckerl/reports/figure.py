@@ -9,6 +9,8 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from tuckerl.studies.figure_text import FigureText
+
 Subject = TypeVar("Subject")
 
 WIDTH = 7.2  # inches: a text's width in print
@@ -55,17 +57,20 @@ class FigureSpec(Generic[Subject]):
     """
 
     subject: type[Subject]  # what it is a figure of
-    name: str | Callable[[Subject], str]
-    title: str | Callable[[Subject], str]
+    text: FigureText | Callable[[Subject], FigureText]  # its name and title
     draw: Callable[[Subject], Figure]
     caption: Callable[[Subject], str]
     alt: Callable[[Subject], str]
     applies: Callable[[Subject], bool] = lambda _: True  # whether there is anything to draw
     interactive: Callable[[Subject], dict[str, Any]] | None = None
 
+    def text_of(self, subject: Subject) -> FigureText:
+        """Return the figure's name and title."""
+        return self.text if isinstance(self.text, FigureText) else self.text(subject)
+
     def render(self, subject: Subject) -> RenderedFigure:
         """Draw the figure of a subject, the same bytes every time."""
-        name, title = (text if isinstance(text, str) else text(subject) for text in (self.name, self.title))
+        text = self.text_of(subject)
         with own_style():
             figure = self.draw(subject)
             svg, png = io.BytesIO(), io.BytesIO()
@@ -73,7 +78,7 @@ class FigureSpec(Generic[Subject]):
             figure.savefig(png, format="png", dpi=PNG_DPI, metadata={"Software": None})
         plotly = self.interactive(subject) if self.interactive else None
         return RenderedFigure(
-            name, title, self.caption(subject), self.alt(subject), svg.getvalue(), png.getvalue(), plotly
+            text.name, text.title, self.caption(subject), self.alt(subject), svg.getvalue(), png.getvalue(), plotly
         )
 
 

@@ -13,8 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from tuckerl._version import __version__
-from tuckerl.errors import OutputError
-from tuckerl.files import write_whole
+from tuckerl.files import make_folder, write_whole
 from tuckerl.intervals import CONFIDENCE, N_RESAMPLES
 from tuckerl.reports import text
 from tuckerl.reports.figure import RenderedFigure
@@ -41,11 +40,7 @@ def rendered(template: str, **values: Any) -> str:
 
 
 def write_page(
-    folder: Path,
-    name: str,
-    page: str,
-    figures: Iterable[RenderedFigure],
-    numbers: tuple[str, Any] | None = None,
+    folder: Path, name: str, page: str, figures: Iterable[RenderedFigure], numbers: tuple[str, Any] | None = None
 ) -> Path:
     """Write ``figures/*.svg`` and ``*.png``, the numbers as JSON and the page; return the page's path.
 
@@ -65,10 +60,7 @@ def write_page(
         If the folder cannot be made or written.
     """
     place = folder / "figures"
-    try:
-        place.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"cannot make the folder {place}: {error.strerror}; choose another folder") from error
+    make_folder(place, "choose another folder")
     for figure in figures:
         write_whole(place / f"{figure.name}.svg", figure.svg)
         write_whole(place / f"{figure.name}.png", figure.png)

@@ -129,10 +129,9 @@ def _alt(summary: Summary) -> str:
 
 PATHS = FigureSpec(
     Summary,
-    name=lambda summary: _text(summary).name,
-    title=lambda summary: _text(summary).title,
-    draw=draw_paths,
-    caption=_caption,
-    alt=_alt,
-    applies=lambda summary: bool(summary.paths) and isinstance(summary.scenario.problem(0), Maze),
+    _text,
+    draw_paths,
+    _caption,
+    _alt,
+    applies=lambda one: bool(one.paths) and isinstance(one.scenario.problem(0), Maze),
 )

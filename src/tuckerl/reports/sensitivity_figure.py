@@ -15,6 +15,7 @@ from matplotlib.ticker import FuncFormatter
 from tuckerl.reports.figure import FigureSpec
 from tuckerl.reports.styles import BLACK
 from tuckerl.reports.text import amount, signed, tick
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.studies.sensitivity import DEFAULT, Cell, Sensitivity
 from tuckerl.studies.statistics import Difference
 from tuckerl.types import FloatArray
@@ -176,10 +177,9 @@ def _alt(sensitivity: Sensitivity) -> str:
 
 SENSITIVITY = FigureSpec(
     Sensitivity,
-    name="sensitivity",
-    title="The claims under other readings of the paper",
-    draw=draw_sensitivity,
-    caption=_caption,
-    alt=_alt,
-    applies=lambda sensitivity: bool(sensitivity.cells),
+    FigureText("sensitivity", "The claims under other readings of the paper"),
+    draw_sensitivity,
+    _caption,
+    _alt,
+    applies=lambda one: bool(one.cells),
 )

@@ -124,10 +124,9 @@ def _alt(summary: Summary) -> str:
 
 WEIGHT_LINES = FigureSpec(
     Summary,
-    name=lambda summary: weight_text(summary).name,
-    title=lambda summary: weight_text(summary).title,
-    draw=draw_weight_lines,
-    caption=_caption,
-    alt=_alt,
-    applies=lambda summary: summary.scenario.algorithm.n_actions <= len(ACTION_STYLES),
+    weight_text,
+    draw_weight_lines,
+    _caption,
+    _alt,
+    applies=lambda one: one.scenario.algorithm.n_actions <= len(ACTION_STYLES),
 )

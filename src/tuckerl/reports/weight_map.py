@@ -25,14 +25,7 @@ def draw_weight_map(summary: Summary) -> Figure:
         return figure
     height = figure.get_size_inches()[1]
     grid = figure.add_gridspec(
-        1,
-        2,
-        width_ratios=(2.3, 1),
-        left=0.135,
-        right=0.985,
-        top=1 - 0.28 / height,
-        bottom=0.47 / height,
-        wspace=0.34,
+        1, 2, width_ratios=(2.3, 1), left=0.135, right=0.985, top=1 - 0.28 / height, bottom=0.47 / height, wspace=0.34
     )
     over_time = figure.add_subplot(grid[0, 0])
     _draw_map(over_time, course)
@@ -117,10 +110,9 @@ def _alt(summary: Summary) -> str:
 
 WEIGHT_MAP = FigureSpec(
     Summary,
-    name=lambda summary: weight_text(summary).name,
-    title=lambda summary: weight_text(summary).title,
-    draw=draw_weight_map,
-    caption=_caption,
-    alt=_alt,
-    applies=lambda summary: summary.scenario.algorithm.n_actions > len(ACTION_STYLES),
+    weight_text,
+    draw_weight_map,
+    _caption,
+    _alt,
+    applies=lambda one: one.scenario.algorithm.n_actions > len(ACTION_STYLES),
 )

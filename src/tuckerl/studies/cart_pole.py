@@ -7,32 +7,16 @@ from tuckerl.environments import cart_pole as simulators
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.sarsa_lambda import SarsaLambda
 from tuckerl.problems.simulator import Simulator
+from tuckerl.studies.assumptions import inferred, invented, overruled
 from tuckerl.studies.figure_text import CurveText, WeightText
 from tuckerl.studies.paper import SHARED_ASSUMPTIONS, SHARES, TRUNCATED_HOSVD
-from tuckerl.studies.study import (
-    INFERRED,
-    INVENTED,
-    OVERRULED,
-    AlgorithmConfig,
-    Alternative,
-    Assumption,
-    Comparison,
-    Scenario,
-    variants,
-)
+from tuckerl.studies.study import AlgorithmConfig, Alternative, Comparison, Scenario, variants
 
 ALGORITHM = AlgorithmConfig(
     base="sarsa-lambda",
     t_version="tsarsa-lambda",
     learner=SarsaLambda,
-    parameters={
-        "alpha": 1.0,
-        "gamma": 0.95,
-        "epsilon": 0.001,
-        "epsilon_decay": 0.99,
-        "lambda_": 0.95,
-        "ties": "first",
-    },
+    parameters={"alpha": 1.0, "gamma": 0.95, "epsilon": 0.001, "epsilon_decay": 0.99, "lambda_": 0.95, "ties": "first"},
     step=TensorStep(every=10, ranks=(10, 10, 9, 1), weights="paper", share="min"),
     n_actions=21,
 )
@@ -49,12 +33,7 @@ def comparisons(several: int = 3) -> tuple[Comparison, ...]:
     control = f"constant-{several}-min"
     return (
         Comparison(
-            "C1",
-            "TSARSA(λ) with one agent balances longer than SARSA(λ)",
-            "balance",
-            "sarsa-lambda",
-            one,
-            "constant-1",
+            "C1", "TSARSA(λ) with one agent balances longer than SARSA(λ)", "balance", "sarsa-lambda", one, "constant-1"
         ),
         Comparison("C2", f"{several} TSARSA(λ) agents do better than one", "balance", one, more, control),
         Comparison(
@@ -69,27 +48,18 @@ def comparisons(several: int = 3) -> tuple[Comparison, ...]:
 
 
 ASSUMPTIONS = (
-    Assumption(
-        INVENTED, "The paper's 110 states are 108 cells of a grid and two absorbing ones, fallen and off the track."
-    ),
-    Assumption(
-        OVERRULED,
+    invented("The paper's 110 states are 108 cells of a grid and two absorbing ones, fallen and off the track."),
+    overruled(
         "Rewards are those of the public program behind the scenario: 10 - 10 (10 θ)² - 5 |x| - 10 θ', and at "
-        "failure -10000 - 50 |x| - 100 |θ|. The paper: positive below 45 degrees, negative otherwise.",
+        "failure -10000 - 50 |x| - 100 |θ|. The paper: positive below 45 degrees, negative otherwise."
     ),
-    Assumption(OVERRULED, "The pole is uniform, as in that program; the paper speaks of a mass on a massless rod."),
-    Assumption(
-        OVERRULED,
-        "Traces are replacing and zeroed at the start of an episode; Figure 8 prints accumulating and carried on.",
+    overruled("The pole is uniform, as in that program; the paper speaks of a mass on a massless rod."),
+    overruled(
+        "Traces are replacing and zeroed at the start of an episode; Figure 8 prints accumulating and carried on."
     ),
-    Assumption(INVENTED, "A failing state is not bootstrapped from, where that program does so."),
-    Assumption(
-        INFERRED, '120 runs, from "averaging the results over 120 iterations"; 300 episodes of at most 1000 steps.'
-    ),
-    Assumption(
-        INFERRED,
-        'To copy the agent of least variance follows section III.B and Figure 8; IV.A says "the best performer".',
-    ),
+    invented("A failing state is not bootstrapped from, where that program does so."),
+    inferred('120 runs, from "averaging the results over 120 iterations"; 300 episodes of at most 1000 steps.'),
+    inferred('To copy the agent of least variance follows section III.B and Figure 8; IV.A says "the best performer".'),
 )
 
 ALTERNATIVES = (

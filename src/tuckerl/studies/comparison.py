@@ -21,8 +21,9 @@ from tuckerl.studies.algorithms import (
     split_settings,
     tensor_step,
 )
+from tuckerl.studies.assumptions import invented
 from tuckerl.studies.environments import bins_named, environment_specification, maker
-from tuckerl.studies.study import INVENTED, AlgorithmConfig, Assumption, Comparison, Scenario, Study, Variant, variant
+from tuckerl.studies.study import AlgorithmConfig, Comparison, Scenario, Study, Variant, variant
 
 N_RUNS, N_EPISODES = 50, 500
 SCENARIO_NUMBER = 3  # in the seeds, where the paper's scenarios have 0 to 2
@@ -113,10 +114,9 @@ def comparison_study(config: ComparisonConfig) -> ComparisonStudy:
     return ComparisonStudy(config, Study((scenario,), config.seed), no_control)
 
 
-_RANKS = Assumption(
-    INVENTED,
+_RANKS = invented(
     "Ranks where none are set: 15 for the states, 10 for the actions or one less than there are of these, 9 for the "
-    "episodes, 1 for the agents. The paper gives ranks for its own three problems only; its action ranks are these.",
+    "episodes, 1 for the agents. The paper gives ranks for its own three problems only; its action ranks are these."
 )
 
 

@@ -6,19 +6,10 @@ from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.dyna_h import DynaH
 from tuckerl.problems.maze import Maze, random_maze
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.studies.assumptions import inferred, invented, overruled
 from tuckerl.studies.figure_text import CurveText, PathText, WeightText
 from tuckerl.studies.paper import SHARED_ASSUMPTIONS, SHARES, TRUNCATED_HOSVD
-from tuckerl.studies.study import (
-    INFERRED,
-    INVENTED,
-    OVERRULED,
-    AlgorithmConfig,
-    Alternative,
-    Assumption,
-    Comparison,
-    Scenario,
-    variants,
-)
+from tuckerl.studies.study import AlgorithmConfig, Alternative, Comparison, Scenario, variants
 
 ALGORITHM = AlgorithmConfig(
     base="dyna-h",
@@ -55,24 +46,18 @@ def comparisons(several: int = 3) -> tuple[Comparison, ...]:
 
 
 ASSUMPTIONS = (
-    Assumption(
-        INFERRED, "The start is the cell (0, 3): its distance of 59 to the goal is the length of the three-agent path."
-    ),
-    Assumption(
-        INFERRED,
+    inferred("The start is the cell (0, 3): its distance of 59 to the goal is the length of the three-agent path."),
+    inferred(
         "A cell is a wall when a draw from N(0, 0.3), rounded, is not 0: 9.6 % of the cells. A maze without a path "
-        "is drawn again. The ten mazes are those of the numbers 0 to 9, whatever the seed.",
+        "is drawn again. The ten mazes are those of the numbers 0 to 9, whatever the seed."
     ),
-    Assumption(INVENTED, "The model remembers whether an outcome ended the episode."),
-    Assumption(
-        OVERRULED,
+    invented("The model remembers whether an outcome ended the episode."),
+    overruled(
         "Planning walks on from where the last planned step led; Figures 6 and 7 print no such walk. One of three "
-        "public implementations does so.",
+        "public implementations does so."
     ),
-    Assumption(
-        INFERRED,
-        "The path of a variant is that of its shortest episode while learning goes on, in the picture the best "
-        "agent's.",
+    inferred(
+        "The path of a variant is that of its shortest episode while learning goes on, in the picture the best agent's."
     ),
 )
 
@@ -112,9 +97,7 @@ DYNA_MAZE = Scenario(
     n_alternative_runs=8,
     figures=(
         PathText(
-            "fig10",
-            "Figure 10. Paths found in one maze",
-            paper_steps={"dyna-h": 90, "dyna-ht-1": 83, "dyna-ht-3": 59},
+            "fig10", "Figure 10. Paths found in one maze", paper_steps={"dyna-h": 90, "dyna-ht-1": 83, "dyna-ht-3": 59}
         ),
         CurveText(
             "fig11",

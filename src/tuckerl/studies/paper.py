@@ -1,28 +1,24 @@
 """What the paper's three scenarios have in common: readings of the paper, and what the ablations compare."""
 
-from tuckerl.studies.study import INFERRED, INVENTED, Alternative, Assumption
+from tuckerl.studies.assumptions import inferred, invented
+from tuckerl.studies.study import Alternative
 
 SHARED_ASSUMPTIONS = (
-    Assumption(INFERRED, "One pass of the paper's inner loop is one whole episode of one agent."),
-    Assumption(
-        INFERRED,
+    inferred("One pass of the paper's inner loop is one whole episode of one agent."),
+    inferred(
         "The tables are factorised after every tenth episode, once all agents have finished it (Figure 7 prints it "
-        "inside the loop over agents: taken as a misprint).",
+        "inside the loop over agents: taken as a misprint)."
     ),
-    Assumption(
-        INVENTED,
+    invented(
         "The decomposition is Tucker3 by alternating least squares, stopped when the fit changes by less than 1e-4, "
-        "started from the truncated HOSVD where the paper's toolbox starts at random.",
+        "started from the truncated HOSVD where the paper's toolbox starts at random."
     ),
-    Assumption(
-        INVENTED,
+    invented(
         "Ranks above what a window allows are clipped; a window of zeros changes nothing; a run whose values are no "
-        "longer finite is marked diverged in that episode and left out of comparisons.",
+        "longer finite is marked diverged in that episode and left out of comparisons."
     ),
-    Assumption(INVENTED, "Ties between agents go to the lowest index; an action whose weight is 0 stays at 0."),
-    Assumption(
-        INVENTED, "Tables begin at zero. Nothing is bootstrapped from a terminal state, and all from a truncated one."
-    ),
+    invented("Ties between agents go to the lowest index; an action whose weight is 0 stays at 0."),
+    invented("Tables begin at zero. Nothing is bootstrapped from a terminal state, and all from a truncated one."),
 )
 
 SHARES = ("max", "min", "best", "random", "mean", "consensus")

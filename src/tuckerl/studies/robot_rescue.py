@@ -8,18 +8,10 @@ from tuckerl.environments import robot_rescue as worlds
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners.team_q import TeamQ
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.studies.assumptions import inferred, invented
 from tuckerl.studies.figure_text import CurveText, WeightText
 from tuckerl.studies.paper import SHARED_ASSUMPTIONS, SHARES, TRUNCATED_HOSVD
-from tuckerl.studies.study import (
-    INFERRED,
-    INVENTED,
-    AlgorithmConfig,
-    Alternative,
-    Assumption,
-    Comparison,
-    Scenario,
-    variants,
-)
+from tuckerl.studies.study import AlgorithmConfig, Alternative, Comparison, Scenario, variants
 
 ALGORITHM = AlgorithmConfig(
     base="team-q",
@@ -42,22 +34,18 @@ def comparisons(candidate: str, control: str) -> tuple[Comparison, ...]:
 
 
 ASSUMPTIONS = (
-    Assumption(INVENTED, "The map is ours: the paper's 8 x 8 map was never published. The object fills one cell."),
-    Assumption(
-        INVENTED,
+    invented("The map is ours: the paper's 8 x 8 map was never published. The object fills one cell."),
+    invented(
         "Each robot explores on its own with probability epsilon, else plays its part of the greedy joint action; a "
-        "joint action that is not greedy zeroes the traces (Watkins).",
+        "joint action that is not greedy zeroes the traces (Watkins)."
     ),
-    Assumption(
-        INFERRED,
+    inferred(
         "An agent is a team of two robots in its own copy of the world, one team by default: the robots' own tables "
         "would be "
-        "identical.",
+        "identical."
     ),
-    Assumption(INVENTED, "Traces are replacing and zeroed at the start of an episode, as in the cart pole."),
-    Assumption(
-        INVENTED, "Rewards are +1 for each grip and +10 for the delivery; an episode is cut off after 1000 steps."
-    ),
+    invented("Traces are replacing and zeroed at the start of an episode, as in the cart pole."),
+    invented("Rewards are +1 for each grip and +10 for the delivery; an episode is cut off after 1000 steps."),
 )
 
 ALTERNATIVES = (

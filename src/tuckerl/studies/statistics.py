@@ -115,13 +115,7 @@ def compare_with_control(
 
 
 def compare(
-    runs: pl.DataFrame,
-    base: str,
-    candidate: str,
-    measure: Measure,
-    rng: np.random.Generator,
-    *,
-    relative: bool = True,
+    runs: pl.DataFrame, base: str, candidate: str, measure: Measure, rng: np.random.Generator, *, relative: bool = True
 ) -> Difference:
     """Return by how much `candidate` does better than `base` on the runs of one scenario."""
     pair = list(measure.pair)

@@ -18,7 +18,7 @@ import polars as pl
 import tuckerl
 from tuckerl._version import __version__
 from tuckerl.errors import OutputConflictError, OutputError, SavedFileError, TuckerlError
-from tuckerl.files import write_whole
+from tuckerl.files import make_folder, write_whole
 from tuckerl.studies.runner import SCHEMAS, StudyTables, Task
 from tuckerl.studies.study import Study
 
@@ -50,12 +50,7 @@ class Store:
         self.folder, self.study = folder, study
         self._specification = _specification(study)
         self._tables = _empty_tables()
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(
-                f"cannot make the folder {folder}: {error.strerror}; choose another with --out"
-            ) from error
+        make_folder(folder)
         try:
             self._open(overwrite)
         except OSError as error:

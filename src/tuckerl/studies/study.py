@@ -9,7 +9,7 @@ result.
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from tuckerl.errors import UnknownNameError
 from tuckerl.generalization.sharing import SHARING_RULES
 from tuckerl.generalization.step import TensorStep
 from tuckerl.generalization.weights import WEIGHTINGS
+from tuckerl.studies.assumptions import Assumption
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.training.learner import Learner
 
@@ -115,17 +116,6 @@ class Alternative:
     step: Mapping[str, Any] = field(default_factory=dict)  # of the tensor step
     problem: Callable[[int], Environment] | None = None  # None: the scenario's own; so for the comparisons
     comparisons: tuple[Comparison, ...] | None = None
-
-
-class Assumption(NamedTuple):
-    """A reading of something that a scenario's source leaves open."""
-
-    mark: str  # INVENTED, INFERRED or OVERRULED
-    text: str
-
-
-INVENTED, INFERRED, OVERRULED = "D", "I", "P!"
-"""Ours; inferred from the paper; printed in the paper and overruled by a public source behind the scenario."""
 
 
 @dataclass(frozen=True)

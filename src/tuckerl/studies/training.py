@@ -19,8 +19,8 @@ from tuckerl._version import __version__
 from tuckerl.adapters.making import make_environment
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
-from tuckerl.errors import EnvironmentFaultError, OutputConflictError, OutputError, ParameterError, UnknownNameError
-from tuckerl.files import write_whole
+from tuckerl.errors import EnvironmentFaultError, OutputConflictError, ParameterError, UnknownNameError
+from tuckerl.files import make_folder, write_whole
 from tuckerl.learners.loading import load
 from tuckerl.studies.environments import TABLE, environment_of, how_played
 from tuckerl.studies.store import differences
@@ -102,7 +102,8 @@ class Training:
         self.is_finished = bool(same_goal and held is not None and held["finished"])
         self._clock = _Clock()
         if not self.is_finished:
-            self._begin(anew=held is None)
+            make_folder(folder, without=(AGENT, HISTORY) if held is None else ())
+            self._write_run(finished=False)
 
     @property
     def agent_file(self) -> Path:
@@ -195,18 +196,6 @@ class Training:
                 f"{self.folder} holds {self.learner.episodes} episodes, more than the {wanted} asked for: ask for more "
                 "with --resume, or begin anew with --overwrite"
             )
-
-    def _begin(self, *, anew: bool) -> None:
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            if anew:
-                for name in (AGENT, HISTORY):
-                    (self.folder / name).unlink(missing_ok=True)
-        except OSError as error:
-            raise OutputError(
-                f"cannot make the folder {self.folder}: {error.strerror}; choose another with --out"
-            ) from error
-        self._write_run(finished=False)
 
     def _write_run(self, *, finished: bool) -> None:
         learner = self.learner

@@ -12,6 +12,7 @@ from tuckerl.reports.inspect.cells import (
     draw_cells,
     key_of_cells,
     label_cells,
+    legend_below,
     room_for,
     scale,
     sequential,
@@ -20,6 +21,7 @@ from tuckerl.reports.inspect.cells import (
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
 from tuckerl.reports.text import counted, joined, number
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 _MOST_AGENTS = 20  # of a matrix
@@ -85,17 +87,7 @@ def _draw_maps(inspection: Inspection, layout: tuple[int, int]) -> Figure:
         key = key_of_cells(
             inspection.walls, np.isnan(shown), "agent 0 prefers nothing" if place == 0 else "not compared"
         )
-        if key:
-            axes.legend(
-                handles=key,
-                loc="upper left",
-                bbox_to_anchor=(0, -0.36 / room.height),
-                ncols=2,
-                frameon=False,
-                borderpad=0,
-                columnspacing=1.0,
-                handlelength=1.2,
-            )
+        legend_below(axes, room, key, 2)
         left += max(room.width + 1.2, 2.9)
     return figure
 
@@ -163,10 +155,9 @@ def _alt(inspection: Inspection) -> str:
 
 AGENTS = FigureSpec(
     Inspection,
-    name="agents",
-    title="How far the agents differ",
-    draw=draw_agents,
-    caption=_caption,
-    alt=_alt,
-    applies=lambda inspection: inspection.n_agents > 1 and tables_differ(inspection),
+    FigureText("agents", "How far the agents differ"),
+    draw_agents,
+    _caption,
+    _alt,
+    applies=lambda one: one.n_agents > 1 and tables_differ(one),
 )

@@ -42,6 +42,11 @@ class Inspection(NamedTuple):
         return int(self.q.shape[2])
 
     @property
+    def n_windows(self) -> int:
+        """Number of windows on record."""
+        return int(self.history.episode.size)
+
+    @property
     def walls(self) -> BoolArray:
         """Where nobody can stand, (S,)."""
         return np.zeros(self.n_states, dtype=np.bool_) if self.blocked is None else self.blocked
@@ -50,6 +55,20 @@ class Inspection(NamedTuple):
     def allowed(self) -> BoolArray:
         """Where an action may be taken, (N, S, A); not to be changed."""
         return np.broadcast_to(np.True_, self.q.shape) if self.action_mask is None else self.action_mask
+
+    @property
+    def decomposed(self) -> Loadings:
+        """The loadings, where there are any."""
+        if self.loadings is None:
+            raise ValueError("there are no loadings to draw")
+        return self.loadings
+
+    @property
+    def grid(self) -> Layout:
+        """The layout, where there is one."""
+        if self.layout is None:
+            raise ValueError("only states with a layout can be drawn as a grid")
+        return self.layout
 
 
 def check_inspection(inspection: Inspection) -> None:

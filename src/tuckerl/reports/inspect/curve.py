@@ -9,6 +9,7 @@ from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.styles import BLUE
 from tuckerl.reports.text import counted, number
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 _PART = 20  # a running mean spans this part of all episodes, within
@@ -119,10 +120,9 @@ def _alt(inspection: Inspection) -> str:
 
 CURVE = FigureSpec(
     Inspection,
-    name="learning-curve",
-    title="Learning curve",
-    draw=draw_curve,
-    caption=_caption,
-    alt=_alt,
-    applies=lambda inspection: len(inspection.steps) > 0,
+    FigureText("learning-curve", "Learning curve"),
+    draw_curve,
+    _caption,
+    _alt,
+    applies=lambda one: len(one.steps) > 0,
 )

@@ -15,6 +15,7 @@ from tuckerl.reports.inspect.cells import colour_bar, sequential
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.state_loadings import fit_words
 from tuckerl.reports.text import joined, number, percents
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray
 
 _ROW = 0.155
@@ -33,7 +34,7 @@ class _Part(NamedTuple):
 
 def draw_loadings(inspection: Inspection) -> Figure:
     """Draw the three factors, rows down and columns across, on one scale."""
-    loadings = _loadings(inspection)
+    loadings = inspection.decomposed
     parts = _parts(inspection, loadings)
     highest = max(_height(part) for part in parts)
     height = highest + 0.8
@@ -53,12 +54,6 @@ def draw_loadings(inspection: Inspection) -> Figure:
         left += width + _GAP
     colour_bar(axes, image, "loading", least=highest)
     return figure
-
-
-def _loadings(inspection: Inspection) -> Loadings:
-    if inspection.loadings is None:
-        raise ValueError("there are no loadings to draw")
-    return inspection.loadings
 
 
 def _parts(inspection: Inspection, loadings: Loadings) -> list[_Part]:
@@ -100,7 +95,7 @@ def _draw_part(axes: Axes, part: _Part, norm: Normalize, *, numbered: bool) -> A
 
 
 def _caption(inspection: Inspection) -> str:
-    loadings = _loadings(inspection)
+    loadings = inspection.decomposed
     names = {ACTIONS: "action", EPISODES: "episode", AGENTS: "agent"}
     shares = joined(f"the {name} factors {percents(loadings.energies(mode))}" for mode, name in names.items())
     first = loadings.first_episode
@@ -114,7 +109,7 @@ def _caption(inspection: Inspection) -> str:
 
 
 def _alt(inspection: Inspection) -> str:
-    loadings = _loadings(inspection)
+    loadings = inspection.decomposed
     words = []
     for part in _parts(inspection, loadings):
         first = part.factor[:, 0]
@@ -125,10 +120,9 @@ def _alt(inspection: Inspection) -> str:
 
 LOADINGS = FigureSpec(
     Inspection,
-    name="loadings",
-    title="Action, episode and agent loadings",
-    draw=draw_loadings,
-    caption=_caption,
-    alt=_alt,
-    applies=lambda inspection: inspection.loadings is not None,
+    FigureText("loadings", "Action, episode and agent loadings"),
+    draw_loadings,
+    _caption,
+    _alt,
+    applies=lambda one: one.loadings is not None,
 )

@@ -45,7 +45,7 @@ def write_inspection(inspection: Inspection, folder: Path) -> Path:
         "state": inspection.n_states,
         "action": inspection.n_actions,
         "episode": len(inspection.steps),
-        "window": inspection.history.episode.size,
+        "window": inspection.n_windows,
     }
     page = rendered(
         "inspect.html",
@@ -63,7 +63,7 @@ def _missing(inspection: Inspection) -> list[str]:
     words = []
     if not len(inspection.steps):
         words.append("There is no learning curve: no episode is on record.")
-    if not inspection.history.episode.size:
+    if not inspection.n_windows:
         words.append("There are no action weights and no choices by window: no window is on record.")
     if inspection.loadings is None:
         words.append("There are no loadings: no decomposition of the tables is at hand.")

@@ -12,6 +12,7 @@ from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
 from tuckerl.reports.inspect.policy import policy_words
 from tuckerl.reports.styles import BLACK, BLUE
 from tuckerl.reports.text import joined, number
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 TABLE_STATES = 60
@@ -146,10 +147,9 @@ def plain_alt(inspection: Inspection) -> str:
 
 PLAIN = FigureSpec(
     Inspection,
-    name="policy",
-    title="Greedy policy and state values",
-    draw=draw_plain,
-    caption=plain_caption,
-    alt=plain_alt,
-    applies=lambda inspection: inspection.layout is None,
+    FigureText("policy", "Greedy policy and state values"),
+    draw_plain,
+    plain_caption,
+    plain_alt,
+    applies=lambda one: one.layout is None,
 )

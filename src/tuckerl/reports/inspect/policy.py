@@ -16,6 +16,7 @@ from tuckerl.reports.inspect.cells import (
     grid_figure,
     key_of_cells,
     label_cells,
+    legend_below,
     room_for,
     scale,
     where,
@@ -31,6 +32,7 @@ from tuckerl.reports.inspect.greedy import (
     values,
 )
 from tuckerl.reports.text import counted, joined, span
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import BoolArray, IntArray
 
 MARKERS = "os^DPXv*"  # of actions that point nowhere
@@ -42,7 +44,7 @@ _DARK = 0.45  # of lightness: arrows are white on what is darker
 
 def draw_policy(inspection: Inspection) -> Figure:
     """Draw agent 0's state values as colours and its greedy actions as arrows."""
-    layout, q, allowed = _layout(inspection), inspection.q[0], inspection.allowed[0]
+    layout, q, allowed = inspection.grid, inspection.q[0], inspection.allowed[0]
     figure, axes, room = grid_figure(layout)
     shown = np.where(inspection.walls, np.nan, values(q, allowed))
     norm = scale(shown)
@@ -56,17 +58,7 @@ def draw_policy(inspection: Inspection) -> Figure:
     _draw_arrows(axes, field, drawn, dark, room)
     marks = _draw_marks(axes, inspection, field.action, drawn, room)
     key = [*key_of_cells(inspection.walls, np.isnan(shown), "no preference"), *marks]
-    if key:
-        axes.legend(
-            handles=key,
-            loc="upper left",
-            bbox_to_anchor=(0, -0.36 / room.height),
-            ncols=5,
-            frameon=False,
-            borderpad=0,
-            columnspacing=1.2,
-            handlelength=1.2,
-        )
+    legend_below(axes, room, key, 5, columnspacing=1.2)
     axes.set_title("agent 0" if inspection.n_agents > 1 else "greedy policy", loc="left")
     colour_bar(axes, colours, "max Q(s, a)")
     return figure
@@ -77,15 +69,9 @@ def stride(room: Room) -> int:
     return max(1, math.ceil(_SMALLEST_ARROW / room.cell - 1e-9))
 
 
-def _layout(inspection: Inspection) -> tuple[int, int]:
-    if inspection.layout is None:
-        raise ValueError("only states with a layout can be drawn as a grid")
-    return inspection.layout
-
-
 def _drawn(inspection: Inspection, room: Room) -> BoolArray:
     """Return which cells have an arrow or a mark."""
-    rows, columns = _layout(inspection)
+    rows, columns = inspection.grid
     every = stride(room)
     chosen = np.zeros((rows, columns), dtype=np.bool_)
     chosen[(every // 2) % rows :: every, (every // 2) % columns :: every] = True
@@ -114,7 +100,7 @@ def _draw_arrows(axes: Axes, field: ArrowField, drawn: BoolArray, dark: BoolArra
 
 def _draw_marks(axes: Axes, inspection: Inspection, action: IntArray, drawn: BoolArray, room: Room) -> list[Line2D]:
     """Mark where the greedy action points nowhere, a shape for each such action; return their legend."""
-    columns = _layout(inspection)[1]
+    columns = inspection.grid[1]
     lines = []
     for number, marker in zip(_undirected(inspection), MARKERS, strict=False):
         cells = np.flatnonzero(drawn & (action == number))
@@ -163,7 +149,7 @@ def policy_words(inspection: Inspection) -> list[str]:
 
 
 def _caption(inspection: Inspection) -> str:
-    layout = _layout(inspection)
+    layout = inspection.grid
     every = stride(room_for(layout))
     words = [
         "Colour: the state value, the largest of each cell's Q(s, a); lighter is more. Arrow: the action that has it, "
@@ -182,7 +168,7 @@ _ORDINALS = {2: "second", 3: "third"}
 
 
 def _alt(inspection: Inspection) -> str:
-    rows, columns = _layout(inspection)
+    rows, columns = inspection.grid
     q, allowed = inspection.q[0], inspection.allowed[0]
     best = greedy(q, allowed)
     counts = np.bincount(best[(best != NO_PREFERENCE) & ~inspection.walls], minlength=inspection.n_actions)
@@ -200,10 +186,9 @@ def _alt(inspection: Inspection) -> str:
 
 POLICY = FigureSpec(
     Inspection,
-    name="policy",
-    title="Greedy policy and state values",
-    draw=draw_policy,
-    caption=_caption,
-    alt=_alt,
-    applies=lambda inspection: inspection.layout is not None,
+    FigureText("policy", "Greedy policy and state values"),
+    draw_policy,
+    _caption,
+    _alt,
+    applies=lambda one: one.layout is not None,
 )

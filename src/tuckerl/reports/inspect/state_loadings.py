@@ -8,16 +8,10 @@ from matplotlib.figure import Figure
 
 from tuckerl.generalization.loadings import STATES, Loadings
 from tuckerl.reports.figure import WIDTH, FigureSpec
-from tuckerl.reports.inspect.cells import (
-    colour_bar,
-    draw_cells,
-    key_of_cells,
-    room_for,
-    sequential,
-    where,
-)
+from tuckerl.reports.inspect.cells import colour_bar, draw_cells, key_of_cells, room_for, sequential, where
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.text import counted, number, percent, percents
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 MOST_MAPS = 20
@@ -29,23 +23,17 @@ _ACROSS = 5
 
 def draw_states(inspection: Inspection) -> Figure:
     """Draw the columns of the state factor."""
-    loadings = _loadings(inspection)
+    loadings = inspection.decomposed
     return _draw_maps(inspection, loadings) if inspection.layout is not None else _draw_rows(loadings)
 
 
 def on_all_states(inspection: Inspection) -> FloatArray:
     """Return the state factor with a row for every state, (S, r): NaN where a state's row did not change."""
-    loadings = _loadings(inspection)
+    loadings = inspection.decomposed
     factor = loadings.factors[STATES]
     spread = np.full((inspection.n_states, factor.shape[1]), np.nan)
     spread[loadings.states] = factor
     return spread
-
-
-def _loadings(inspection: Inspection) -> Loadings:
-    if inspection.loadings is None:
-        raise ValueError("there are no loadings to draw")
-    return inspection.loadings
 
 
 def _draw_maps(inspection: Inspection, loadings: Loadings) -> Figure:
@@ -131,7 +119,7 @@ def fit_words(loadings: Loadings) -> str:
 
 
 def _caption(inspection: Inspection) -> str:
-    loadings = _loadings(inspection)
+    loadings = inspection.decomposed
     n_columns = loadings.factors[STATES].shape[1]
     share = percents(loadings.energies(STATES))
     words = [
@@ -172,7 +160,7 @@ def _capital(text: str) -> str:
 
 
 def _alt(inspection: Inspection) -> str:
-    loadings = _loadings(inspection)
+    loadings = inspection.decomposed
     factor = loadings.factors[STATES]
     if factor.size == 0:
         return "No state has loadings."
@@ -187,10 +175,9 @@ def _alt(inspection: Inspection) -> str:
 
 STATE_LOADINGS = FigureSpec(
     Inspection,
-    name="state-loadings",
-    title="State loadings",
-    draw=draw_states,
-    caption=_caption,
-    alt=_alt,
-    applies=lambda inspection: inspection.loadings is not None and inspection.loadings.factors[STATES].size > 0,
+    FigureText("state-loadings", "State loadings"),
+    draw_states,
+    _caption,
+    _alt,
+    applies=lambda one: one.loadings is not None and one.loadings.factors[STATES].size > 0,
 )

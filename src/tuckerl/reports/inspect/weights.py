@@ -13,6 +13,7 @@ from tuckerl.reports.inspect.cells import colour_bar, scale, sequential
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.styles import ACTION_STYLES, EndLabel, LineStyle, label_ends
 from tuckerl.reports.text import counted, number
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 MOST_DRAWN = 1000
@@ -148,10 +149,9 @@ def _alt(inspection: Inspection) -> str:
 
 WEIGHTS = FigureSpec(
     Inspection,
-    name="weights",
-    title="Action weights by window",
-    draw=draw_weights,
-    caption=_caption,
-    alt=_alt,
-    applies=lambda inspection: inspection.history.episode.size > 0,
+    FigureText("weights", "Action weights by window"),
+    draw_weights,
+    _caption,
+    _alt,
+    applies=lambda one: one.n_windows > 0,
 )

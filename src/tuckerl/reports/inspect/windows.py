@@ -13,6 +13,7 @@ from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.weights import draw_course, drawn_windows, every_words
 from tuckerl.reports.styles import BLACK, BLUE, GREEN, PURPLE, VERMILLION, EndLabel, LineStyle, label_ends
 from tuckerl.reports.text import counted, joined, number, percent, span
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 _MODES = {
@@ -113,12 +114,11 @@ def _copied_alt(inspection: Inspection) -> str:
 
 COPIED = FigureSpec(
     Inspection,
-    name="copied",
-    title="Who was copied when",
-    draw=draw_copied,
-    caption=_copied_caption,
-    alt=_copied_alt,
-    applies=lambda inspection: inspection.n_agents > 1 and inspection.history.episode.size > 0,
+    FigureText("copied", "Who was copied when"),
+    draw_copied,
+    _copied_caption,
+    _copied_alt,
+    applies=lambda one: one.n_agents > 1 and one.n_windows > 0,
 )
 
 
@@ -181,10 +181,9 @@ def _fit_alt(inspection: Inspection) -> str:
 
 FIT = FigureSpec(
     Inspection,
-    name="fit",
-    title="Fit and ranks by window",
-    draw=draw_fit,
-    caption=_fit_caption,
-    alt=_fit_alt,
-    applies=lambda inspection: bool(np.isfinite(inspection.history.fit).any() and inspection.history.ranks.any()),
+    FigureText("fit", "Fit and ranks by window"),
+    draw_fit,
+    _fit_caption,
+    _fit_alt,
+    applies=lambda one: bool(np.isfinite(one.history.fit).any() and one.history.ranks.any()),
 )
