@@ -1,4 +1,4 @@
-"""Figure 10: the paths that the variants found in one maze."""
+"""The paths that the variants found in one maze: the form of Figure 10."""
 
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
@@ -6,22 +6,19 @@ from matplotlib.figure import Figure
 
 from tuckerl.errors import ProblemError
 from tuckerl.problems.maze import Cell, Maze
-from tuckerl.reports.picture import Picture
+from tuckerl.reports.figure import FigureSpec
 from tuckerl.reports.styles import BLACK, GREEN, LineStyle, line_styles
-from tuckerl.reports.text import counted
-from tuckerl.studies.study import Scenario
+from tuckerl.reports.text import counted, joined
+from tuckerl.studies.figure_text import PathText
 from tuckerl.studies.summary import Path, Summary
-
-PAPER_STEPS = {"dyna-h": 90, "dyna-ht-1": 83, "dyna-ht-3": 59}
-"""What the paper reports, of a maze that it does not publish."""
 
 _WALL = "0.7"
 _SHORTEST = LineStyle(GREEN, "solid", "", 1.6)
 
 
-def draw_fig10(summary: Summary) -> Figure:
+def draw_paths(summary: Summary) -> Figure:
     """Draw each variant's shortest episode beside the shortest possible path."""
-    maze = pictured_maze(summary.scenario)
+    maze = first_maze(summary)
     styles = line_styles(summary.scenario)
     figure = Figure(figsize=(7.4, 2.75))
     panels = figure.subplots(
@@ -34,7 +31,7 @@ def draw_fig10(summary: Summary) -> Figure:
     for axes, path in zip(panels, summary.paths, strict=False):
         cells = [maze.cell(state) for state in path.states]
         _draw_panel(axes, maze, cells, styles[path.variant])
-        _title(axes, path.variant, path_words(maze, path))
+        _title(axes, path.variant, path_words(summary, maze, path))
     shortest = maze.shortest_path()
     _draw_panel(panels[-1], maze, shortest, _SHORTEST)
     _title(panels[-1], "shortest possible", f"{len(shortest) - 1} steps")
@@ -45,7 +42,7 @@ def draw_fig10(summary: Summary) -> Figure:
     return figure
 
 
-def pictured_maze(scenario: Scenario) -> Maze:
+def first_maze(summary: Summary) -> Maze:
     """Return the maze of instance 0.
 
     Raises
@@ -53,20 +50,26 @@ def pictured_maze(scenario: Scenario) -> Maze:
     ProblemError
         If the scenario's problem is not a maze.
     """
+    scenario = summary.scenario
     maze = scenario.problem(0)
     if not isinstance(maze, Maze):
         raise ProblemError(f"only paths in a Maze can be drawn; {scenario.name}'s problem is {maze!r}")
     return maze
 
 
-def path_words(maze: Maze, path: Path) -> str:
+def _text(summary: Summary) -> PathText:
+    scenario = summary.scenario
+    return scenario.text_of(PathText(f"paths-{scenario.name}", f"{scenario.title}: paths found in one maze"))
+
+
+def path_words(summary: Summary, maze: Maze, path: Path) -> str:
     """Return a path's length in words, and the paper's where it gives one."""
     if path.states.size == 0:
         return "no finished episode"
     words = counted(path.states.size - 1, "step")
     if maze.cell(path.states[-1]) != maze.goal:
         words += ", goal not reached"
-    paper = PAPER_STEPS.get(path.variant)
+    paper = _text(summary).paper_steps.get(path.variant)
     return words if paper is None else f"{words} (paper: {paper})"
 
 
@@ -97,30 +100,38 @@ def _title(axes: Axes, name: str, words: str) -> None:
 
 def _caption(summary: Summary) -> str:
     scenario = summary.scenario
-    shortest = len(pictured_maze(scenario).shortest_path()) - 1
-    return (
-        f"The shortest of {counted(scenario.n_episodes, 'episode')} that each variant walked in maze 0, run 0, "
-        "while learning went on (of several agents, the one with the shortest); right, the shortest possible "
-        f"path, {shortest} steps. A step into a wall or over the border counts and does not move. The paper's "
-        "numbers belong to a maze that it does not publish: only their order can be compared, and one maze "
-        "decides nothing. Claims C3 and C4 are judged on all."
-    )
+    shortest = len(first_maze(summary).shortest_path()) - 1
+    words = [
+        f"The shortest of {counted(scenario.n_episodes, 'episode')} that each variant walked in maze 0, run 0, while "
+        "learning went on (of several agents, the one with the shortest); right, the shortest possible path, "
+        f"{shortest} steps. A step into a wall or over the border counts and does not move."
+    ]
+    if _text(summary).paper_steps:
+        words.append(
+            "The paper's numbers belong to a maze that it does not publish: only their order can be compared, and one "
+            "maze decides nothing."
+        )
+    judged = [comparison.id for comparison in scenario.comparisons if comparison.measure == "path"]
+    if judged:
+        claims_are = "Claims {} are" if len(judged) > 1 else "Claim {} is"
+        words.append(f"{claims_are.format(joined(judged))} judged on all.")
+    return " ".join(words)
 
 
 def _alt(summary: Summary) -> str:
-    maze = pictured_maze(summary.scenario)
-    paths = "; ".join(f"{path.variant}: {path_words(maze, path)}" for path in summary.paths)
+    maze = first_maze(summary)
+    paths = "; ".join(f"{path.variant}: {path_words(summary, maze, path)}" for path in summary.paths)
     return (
         f"One maze drawn {len(summary.paths) + 1} times with a path from start to goal. {paths}. Shortest possible: "
-        + (f"{len(maze.shortest_path()) - 1} steps.")
+        f"{len(maze.shortest_path()) - 1} steps."
     )
 
 
-FIG10 = Picture(
-    "fig10",
-    "dyna-maze",
-    "Figure 10. Paths found in one maze",
-    draw_fig10,
+PATHS = FigureSpec(
+    Summary,
+    _text,
+    draw_paths,
     _caption,
     _alt,
+    applies=lambda one: bool(one.paths) and isinstance(one.scenario.problem(0), Maze),
 )

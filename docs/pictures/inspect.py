@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/inside.md: ``python docs/pictures/inside.py`` writes them beside this file."""
+"""Draw the pictures of docs/inspect.md: ``python docs/pictures/inspect.py`` writes them beside this file."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ def main() -> None:
     agent = tuckerl.QLearning(maze, alpha=0.3, n_agents=3, tensor_step=step, seed=0).learn(episodes=200)
     for picture in inspection_figures(inspect_learner(agent)):
         if picture.name in SHOWN:
-            (HERE / f"inside-{picture.name}.png").write_bytes(picture.drawn.png)
+            (HERE / f"inspect-{picture.name}.png").write_bytes(picture.png)
 
 
 if __name__ == "__main__":

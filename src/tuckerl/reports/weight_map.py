@@ -1,50 +1,38 @@
 """Action weights (omega) over time where there are too many actions for a line each: a map, and the last window."""
 
 import math
-from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tuckerl.reports.picture import Picture
-from tuckerl.reports.styles import BLACK
+from tuckerl.reports.figure import FigureSpec
+from tuckerl.reports.styles import ACTION_STYLES, BLACK
 from tuckerl.reports.text import counted
+from tuckerl.reports.weight_lines import NO_WEIGHTS, weight_text
 from tuckerl.studies.summary import Summary, WeightCourse
 
 COLOURS = "cividis"  # lightness grows evenly with the number: the same order in grey and for the colour-blind
 
-CART_POLE_ACTIONS = tuple(f"{(action - 10) / 10:g}".replace("-", "\N{MINUS SIGN}") for action in range(21))
-_MOVES = ("left", "right", "up", "down", "stay")  # as in problems/robot_rescue_map.py
-RESCUE_ACTIONS = tuple(f"{one}, {other}" for one in _MOVES for other in _MOVES)
 
-
-def draw_omega_map(summary: Summary, *, names: Sequence[str], label: str) -> Figure:
+def draw_weight_map(summary: Summary) -> Figure:
     """Draw the mean weight of each action (down) after each window (across), and the last window with intervals."""
-    course = shown_course(summary)
-    figure = Figure(figsize=(7.2, 0.95 + 0.155 * len(names)))
+    course, text = shown_course(summary), weight_text(summary)
+    figure = Figure(figsize=(7.2, 0.95 + 0.155 * len(text.actions)))
     if course is None:
-        figure.text(0.5, 0.5, "no window was finished: there are no weights to show", horizontalalignment="center")
+        figure.text(0.5, 0.5, NO_WEIGHTS, horizontalalignment="center")
         return figure
     height = figure.get_size_inches()[1]
     grid = figure.add_gridspec(
-        1,
-        2,
-        width_ratios=(2.3, 1),
-        left=0.135,
-        right=0.985,
-        top=1 - 0.28 / height,
-        bottom=0.47 / height,
-        wspace=0.34,
+        1, 2, width_ratios=(2.3, 1), left=0.135, right=0.985, top=1 - 0.28 / height, bottom=0.47 / height, wspace=0.34
     )
     over_time = figure.add_subplot(grid[0, 0])
     _draw_map(over_time, course)
     last = figure.add_subplot(grid[0, 1], sharey=over_time)
     _draw_last(last, course)
-    over_time.set_yticks(range(len(names)), names)
-    over_time.set_ylabel(label)
+    over_time.set_yticks(range(len(text.actions)), text.actions)
+    over_time.set_ylabel(text.axis)
     over_time.set_title(course.variant, loc="left", fontweight="bold", parse_math=False)
     last.set_title("after the last window", loc="left")
     return figure
@@ -52,7 +40,7 @@ def draw_omega_map(summary: Summary, *, names: Sequence[str], label: str) -> Fig
 
 def shown_course(summary: Summary) -> WeightCourse | None:
     """Return the course of the T-version with one agent, if it finished any window."""
-    name = f"{summary.scenario.family.t_version}-1"
+    name = f"{summary.scenario.algorithm.t_version}-1"
     found = [course for course in summary.weights if course.variant == name and course.episode.size]
     return found[0] if found else None
 
@@ -105,8 +93,8 @@ def _caption(summary: Summary) -> str:
     )
 
 
-def _alt(summary: Summary, *, names: Sequence[str]) -> str:
-    course = shown_course(summary)
+def _alt(summary: Summary) -> str:
+    course, names = shown_course(summary), weight_text(summary).actions
     if course is None:
         return "No weights to show."
     ends = [(float(band.mean[-1]), name) for band, name in zip(course.bands, names, strict=True)]
@@ -120,20 +108,11 @@ def _alt(summary: Summary, *, names: Sequence[str]) -> str:
     )
 
 
-def _picture(scenario: str, title: str, names: tuple[str, ...], label: str) -> Picture:
-    return Picture(
-        f"omega-{scenario}",
-        scenario,
-        title,
-        partial(draw_omega_map, names=names, label=label),
-        _caption,
-        partial(_alt, names=names),
-    )
-
-
-OMEGA_CART_POLE = _picture(
-    "cart-pole", "Action weights of the cart pole over time", CART_POLE_ACTIONS, "action (part of the full force)"
-)
-OMEGA_ROBOT_RESCUE = _picture(
-    "robot-rescue", "Action weights of the rescue over time", RESCUE_ACTIONS, "joint action (robot A, robot B)"
+WEIGHT_MAP = FigureSpec(
+    Summary,
+    weight_text,
+    draw_weight_map,
+    _caption,
+    _alt,
+    applies=lambda one: one.scenario.algorithm.n_actions > len(ACTION_STYLES),
 )

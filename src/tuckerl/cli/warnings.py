@@ -1,4 +1,4 @@
-"""Warnings as commands tell them: one line on standard error, without the place in the code."""
+"""Warnings as commands show them: one line on standard error, without the place in the code."""
 
 import warnings
 from collections.abc import Iterator
@@ -13,10 +13,10 @@ OWN: tuple[type[Warning], ...] = (RankWarning, ZeroWeightWarning, StepCapWarning
 
 
 @contextmanager
-def warnings_told(*quiet: type[Warning]) -> Iterator[None]:
-    """Tell this library's warnings as a sentence each, once, but for the `quiet` ones; others as ever."""
+def short_warnings(*quiet: type[Warning]) -> Iterator[None]:
+    """Show this library's warnings as one sentence each, once, but for the `quiet` ones; others as ever."""
     with warnings.catch_warnings():
-        shown_before, told = warnings.showwarning, set()
+        shown_before, shown = warnings.showwarning, set()
 
         def show(
             message: Warning | str,
@@ -28,8 +28,8 @@ def warnings_told(*quiet: type[Warning]) -> Iterator[None]:
         ) -> None:
             if not issubclass(category, OWN):
                 shown_before(message, category, filename, lineno, file, line)
-            elif str(message) not in told:
-                told.add(str(message))
+            elif str(message) not in shown:
+                shown.add(str(message))
                 typer.echo(f"tuckerl: warning: {message}", err=True)
 
         warnings.showwarning = show

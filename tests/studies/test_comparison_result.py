@@ -5,17 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.studies.comparisons import small_contest, tables_of
-from tuckerl.studies.compared import ComparisonResult, compared
+from tests.studies.comparisons import small_comparison, tables_of
+from tuckerl.studies.comparison_result import ComparisonResult, summarise_comparison
 from tuckerl.studies.reproduce import run_study
-from tuckerl.studies.runner import Tables
+from tuckerl.studies.runner import StudyTables
 
 
 def plain(
     base: list[list[float | None]], candidate: list[list[float | None]], measure: str = "return"
 ) -> ComparisonResult:
-    made = small_contest("sarsa", "q-learning", n_runs=len(base), n_episodes=len(base[0]), measure=measure)
-    return compared(made, tables_of(made, {"sarsa": base, "q-learning": candidate}))
+    made = small_comparison("sarsa", "q-learning", n_runs=len(base), n_episodes=len(base[0]), measure=measure)
+    return summarise_comparison(made, tables_of(made, {"sarsa": base, "q-learning": candidate}))
 
 
 def test_the_mean_return_of_pairs_by_hand() -> None:
@@ -73,26 +73,28 @@ def test_diverged_runs_are_counted_and_left_out() -> None:
     assert [curve.n_runs for curve in result.curves] == [3, 2]
     lost = plain([[-4], [-4]], [[None], [None]])
     assert math.isnan(lost.difference.mean)
-    assert lost.as_json()["difference"] is None
+    assert lost.to_dict()["difference"] is None
     assert lost.estimates[1].n_runs == 0
 
 
 def test_the_control_is_compared_in_the_same_unit() -> None:
-    made = small_contest(n_agents=2, n_runs=2, n_episodes=1)
+    made = small_comparison(n_agents=2, n_runs=2, n_episodes=1)
     base, candidate, control = (variant.name for variant in made.scenario.variants)
     tables = tables_of(made, {base: [[-4], [-8]], candidate: [[-2], [-4]], control: [[-1], [-2]]})
-    result = compared(made, tables)
+    result = summarise_comparison(made, tables)
     assert result.difference.mean == pytest.approx(0.5)
     assert result.control.mean == pytest.approx(-1)  # three against one and a half
-    told = result.as_json()
+    told = result.to_dict()
     assert (told["control"], told["control_difference"], told["no_control"]) == (control, pytest.approx(-1), None)
-    absolute = compared(made, tables_of(made, {base: [[-4], [-8]], candidate: [[-2], [-4]], control: [[0], [0]]}))
+    absolute = summarise_comparison(
+        made, tables_of(made, {base: [[-4], [-8]], candidate: [[-2], [-4]], control: [[0], [0]]})
+    )
     assert not absolute.difference.relative
     assert (absolute.difference.mean, absolute.control.mean) == (3, -3)
 
 
 def test_without_a_control_the_columns_are_null_and_the_reason_is_there() -> None:
-    told = plain([[-4], [-4]], [[-2], [-2]]).as_json()
+    told = plain([[-4], [-4]], [[-2], [-2]]).to_dict()
     assert told["control"] is told["control_difference"] is told["control_low"] is told["control_high"] is None
     assert told["no_control"].startswith("neither of the two has a tensor step")
     assert json.loads(json.dumps(told, allow_nan=False))["variants"] == told["variants"]
@@ -110,9 +112,9 @@ def test_a_point_of_the_curves_is_the_mean_of_as_many_episodes_as_are_needed() -
 
 
 def test_agents_are_averaged(tmp_path: Path) -> None:
-    made = small_contest(n_agents=3)
+    made = small_comparison(n_agents=3)
     tables = run_study(made.study, tmp_path, workers=1)
-    result = compared(made, tables)
+    result = summarise_comparison(made, tables)
     own = tables.runs.filter(variant="tsarsa-lambda-3").sort("run", "agent", "episode")["return"].to_numpy()
     by_run = own.reshape(2, 3 * 20).mean(axis=1)
     assert result.estimates[1].mean == pytest.approx(by_run.mean())
@@ -120,13 +122,13 @@ def test_agents_are_averaged(tmp_path: Path) -> None:
 
 
 def test_the_same_tables_give_the_same_intervals_and_each_difference_has_a_stream_of_its_own() -> None:
-    made = small_contest(n_runs=8, n_episodes=3)
+    made = small_comparison(n_runs=8, n_episodes=3)
     rng = np.random.default_rng(0)
     names = [variant.name for variant in made.scenario.variants]
     drawn = {name: (-rng.integers(5, 40, size=(8, 3))).astype(float).tolist() for name in names}
-    tables: Tables = tables_of(made, drawn)
-    assert compared(made, tables).as_json() == compared(made, tables).as_json()
+    tables: StudyTables = tables_of(made, drawn)
+    assert summarise_comparison(made, tables).to_dict() == summarise_comparison(made, tables).to_dict()
     drawn[names[2]] = drawn[names[0]]  # the control does what the base does
-    result = compared(made, tables_of(made, drawn))
+    result = summarise_comparison(made, tables_of(made, drawn))
     assert result.control.mean == result.difference.mean
     assert result.control.low != result.difference.low

@@ -9,15 +9,14 @@ import numpy as np
 import pytest
 
 from tests.reports.test_report import LOADING, Page
-from tests.studies.comparisons import request, small_contest, tables_of
+from tests.studies.comparisons import config_of, small_comparison, tables_of
 from tuckerl.cli.settings import parse_settings
 from tuckerl.errors import OutputError
 from tuckerl.reports import text as wording
-from tuckerl.reports import write_comparison
-from tuckerl.reports.compare_figure import draw_compared, show_compared
-from tuckerl.reports.compare_page import command, comparison_page
-from tuckerl.reports.compare_text import outcome
-from tuckerl.studies.compared import ComparisonResult, compared
+from tuckerl.reports.comparison_figure import COMPARISON
+from tuckerl.reports.comparison_page import command, write_comparison
+from tuckerl.reports.comparison_text import outcome
+from tuckerl.studies.comparison_result import ComparisonResult, summarise_comparison
 from tuckerl.studies.statistics import Difference
 
 N = 4  # episodes
@@ -27,12 +26,12 @@ def result(
     base: list[float], candidate: list[float], control: list[float], n_agents: int = 2, **changes: Any
 ) -> ComparisonResult:
     """Return a comparison in which run r of each variant returns the r-th number in every episode."""
-    made = small_contest(n_agents=n_agents, n_runs=len(base), n_episodes=N, **changes)
+    made = small_comparison(n_agents=n_agents, n_runs=len(base), n_episodes=N, **changes)
     names = [variant.name for variant in made.scenario.variants]
     returns = {
         name: [[value] * N for value in own] for name, own in zip(names, (base, candidate, control), strict=True)
     }
-    return compared(made, tables_of(made, returns))
+    return summarise_comparison(made, tables_of(made, returns))
 
 
 BETTER = ([-10.0, -12.0, -20.0], [-5.0, -6.0, -11.0], [-10.0, -11.0, -18.0])
@@ -58,7 +57,7 @@ def source(folder: Path) -> str:
 def test_everything_is_written(folder: Path, better: ComparisonResult) -> None:
     assert sorted(path.name for path in folder.iterdir()) == ["compare.json", "figures", "report.html"]
     assert sorted(path.name for path in (folder / "figures").iterdir()) == ["compare.png", "compare.svg"]
-    assert json.loads((folder / "compare.json").read_text()) == json.loads(json.dumps(better.as_json()))
+    assert json.loads((folder / "compare.json").read_text()) == json.loads(json.dumps(better.to_dict()))
 
 
 def test_writing_again_gives_the_same_bytes(folder: Path, better: ComparisonResult, tmp_path: Path) -> None:
@@ -87,26 +86,26 @@ def test_the_page_loads_nothing_and_has_no_script(source: str) -> None:
 
 def test_the_page_shows_both_differences_and_every_variant(source: str, better: ComparisonResult) -> None:
     cells = [re.sub(r"\s+", " ", text).strip() for text in Page(source).texts]
-    assert wording.percent(better.difference) in cells
-    assert wording.percent(better.control) in cells
-    for variant in better.contest.scenario.variants:
+    assert wording.amount(better.difference) in cells
+    assert wording.amount(better.control) in cells
+    for variant in better.study.scenario.variants:
         assert variant.name in cells
-    assert command(better.contest.request) in cells
+    assert command(better.study.config) in cells
     assert outcome(better) in cells
 
 
-def test_the_page_escapes_what_users_name(better: ComparisonResult) -> None:
-    scenario = better.contest.scenario
+def test_the_page_escapes_what_users_name(better: ComparisonResult, tmp_path: Path) -> None:
+    scenario = better.study.scenario
     assert "<" not in scenario.name
-    study = replace(better.contest.study, scenarios=(replace(scenario, title="<script>", name="<b>"),))
-    named = better._replace(contest=better.contest._replace(study=study))
-    page = comparison_page(named, show_compared(named))
+    study = replace(better.study.study, scenarios=(replace(scenario, title="<script>", name="<b>"),))
+    named = better._replace(study=better.study._replace(study=study))
+    page = write_comparison(named, tmp_path).read_text(encoding="utf-8")
     assert "<script>" not in page
     assert "<b>" not in page
 
 
 def test_the_figure_shows_courses_above_and_gains_below(better: ComparisonResult) -> None:
-    upper, lower = draw_compared(better).axes
+    upper, lower = COMPARISON.draw(better).axes
     drawn = [np.asarray(line.get_ydata()).tolist() for line in upper.lines[:3]]
     assert drawn == [curve.band.mean.tolist() for curve in better.curves]
     assert np.asarray(lower.lines[0].get_ydata()) == pytest.approx([(5 + 6 + 9) / 3] * N)
@@ -119,23 +118,25 @@ def test_the_figure_shows_courses_above_and_gains_below(better: ComparisonResult
 
 def test_fewer_steps_are_drawn_as_a_gain() -> None:
     steps = result(*BETTER, measure="steps")
-    upper, lower = draw_compared(steps).axes
+    upper, lower = COMPARISON.draw(steps).axes
     assert np.asarray(upper.lines[0].get_ydata()) == pytest.approx([14] * N)
     assert np.asarray(lower.lines[0].get_ydata()) == pytest.approx([20 / 3] * N)
     assert lower.get_ylabel() == "better than sarsa-lambda by (steps)"
-    assert "steps of an episode" in show_compared(steps).caption
+    assert "steps of an episode" in COMPARISON.caption(steps)
 
 
 def test_the_caption_says_what_is_left_out() -> None:
-    made = small_contest("sarsa", "q-learning", n_runs=2, n_episodes=2)
-    lost = compared(made, tables_of(made, {"sarsa": [[-1, -2], [-2, -2]], "q-learning": [[-1, None], [-1, -1]]}))
-    caption = show_compared(lost).caption
+    made = small_comparison("sarsa", "q-learning", n_runs=2, n_episodes=2)
+    lost = summarise_comparison(
+        made, tables_of(made, {"sarsa": [[-1, -2], [-2, -2]], "q-learning": [[-1, None], [-1, -1]]})
+    )
+    caption = COMPARISON.caption(lost)
     assert "Left out because they diverged: 1 run" in caption
     assert "control" not in caption
-    one = small_contest("sarsa", "q-learning", n_runs=1, n_episodes=250)
-    single = compared(one, tables_of(one, {"sarsa": [[-1.0] * 250], "q-learning": [[-2.0] * 250]}))
-    assert "One run has no interval." in show_compared(single).caption
-    assert "Each point is the mean of 3 episodes (the last, of what is left)." in show_compared(single).caption
+    one = small_comparison("sarsa", "q-learning", n_runs=1, n_episodes=250)
+    single = summarise_comparison(one, tables_of(one, {"sarsa": [[-1.0] * 250], "q-learning": [[-2.0] * 250]}))
+    assert "One run has no interval." in COMPARISON.caption(single)
+    assert "Each point is the mean of 3 episodes (the last, of what is left)." in COMPARISON.caption(single)
 
 
 def test_a_gain_beyond_the_control_is_said(better: ComparisonResult) -> None:
@@ -175,21 +176,21 @@ def test_a_loss_is_said() -> None:
 
 
 def test_the_reason_for_no_control_and_lost_pairs_are_said() -> None:
-    made = small_contest("sarsa", "q-learning", n_runs=2, n_episodes=1)
-    told = outcome(compared(made, tables_of(made, {"sarsa": [[-2], [-4]], "q-learning": [[-1], [-2]]})))
+    made = small_comparison("sarsa", "q-learning", n_runs=2, n_episodes=1)
+    told = outcome(summarise_comparison(made, tables_of(made, {"sarsa": [[-2], [-4]], "q-learning": [[-1], [-2]]})))
     assert told.endswith(
         "No control was played: neither of the two has a tensor step whose smaller learning rate would have to be "
         "controlled for."
     )
-    lost = compared(made, tables_of(made, {"sarsa": [[-2], [-4]], "q-learning": [[None], [None]]}))
+    lost = summarise_comparison(made, tables_of(made, {"sarsa": [[-2], [-4]], "q-learning": [[None], [None]]}))
     assert outcome(lost) == "Nothing is left to compare: in all 2 pairs a run diverged."
 
 
 def test_the_control_of_the_base_is_said_to_be_so() -> None:
-    made = small_contest("tq-learning", "sarsa", n_runs=2, n_episodes=1)
+    made = small_comparison("tq-learning", "sarsa", n_runs=2, n_episodes=1)
     names = [variant.name for variant in made.scenario.variants]
     values: list[list[list[float | None]]] = [[[-2], [-4]], [[-1], [-2]], [[-3], [-5]]]
-    told = outcome(compared(made, tables_of(made, dict(zip(names, values, strict=True)))))
+    told = outcome(summarise_comparison(made, tables_of(made, dict(zip(names, values, strict=True)))))
     assert told.endswith("That control is the base's own: it shows how far the base's weights matter.")
 
 
@@ -218,7 +219,7 @@ def test_absolute_differences_have_no_percent() -> None:
 def test_the_command_says_all_that_is_not_the_default_and_is_read_as_it_was() -> None:
     settings = {"alpha": 0.2, "candidate.ranks": (5, 3, 9, 1), "base.ties": "first", "cut_traces": False}
     keywords = {"map_name": "8x8", "is_slippery": False, "label": "true"}
-    made = request(settings=settings, keywords=keywords, n_agents=3, measure="steps", n_episodes=500)
+    made = config_of(settings=settings, keywords=keywords, n_agents=3, measure="steps", n_episodes=500)
     line = command(made)
     assert line.startswith("tuckerl compare sarsa-lambda tsarsa-lambda --env tuckerl/DynaMaze-v0 --env-set ")
     assert line.endswith("--runs 2 --agents 3 --measure steps --seed 3")

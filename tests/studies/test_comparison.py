@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tuckerl
-from tests.studies.comparisons import MAZE, SMALL, request, small_contest
+from tests.studies.comparisons import MAZE, SMALL, config_of, small_comparison
 from tuckerl.adapters.making import make_environment
 from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.errors import (
@@ -22,7 +22,7 @@ from tuckerl.errors import (
 )
 from tuckerl.generalization.step import TensorStep
 from tuckerl.studies import runner
-from tuckerl.studies.compare import ComparisonConfig, contest
+from tuckerl.studies.comparison import ComparisonConfig, comparison_study
 from tuckerl.studies.environments import environment_specification, listed_environments
 from tuckerl.studies.reproduce import run_study
 from tuckerl.studies.store import Store
@@ -31,11 +31,11 @@ FILES = ("runs.parquet", "weights.parquet", "paths.parquet")
 
 
 def names(base: str, candidate: str, **changes: object) -> list[str]:
-    return [made.name for made in small_contest(base, candidate, **changes).scenario.variants]
+    return [made.name for made in small_comparison(base, candidate, **changes).scenario.variants]
 
 
 def test_base_candidate_and_control_play() -> None:
-    made = small_contest(n_agents=3)
+    made = small_comparison(n_agents=3)
     base, candidate, control = made.scenario.variants
     assert [base.name, candidate.name, control.name] == ["sarsa-lambda", "tsarsa-lambda-3", "constant-3-min"]
     assert (base.tensor_step, base.n_agents) == (None, 1)
@@ -51,24 +51,24 @@ def test_base_candidate_and_control_play() -> None:
 
 def test_the_control_is_that_of_the_t_version_wherever_it_stands() -> None:
     assert names("tq-learning", "sarsa") == ["tq-learning-1", "sarsa", "constant-1"]
-    assert small_contest("tq-learning", "sarsa").scenario.variants[2].learner is tuckerl.QLearning
-    both = small_contest("tq-learning", "dyna-ht", n_agents=2)
+    assert small_comparison("tq-learning", "sarsa").scenario.variants[2].learner is tuckerl.QLearning
+    both = small_comparison("tq-learning", "dyna-ht", n_agents=2)
     assert [made.name for made in both.scenario.variants] == ["tq-learning-2", "dyna-ht-2", "constant-2-max"]
     assert both.scenario.variants[2].learner is tuckerl.DynaH
 
 
 def test_where_there_is_no_control_the_reason_is_given() -> None:
-    plain = small_contest("sarsa", "q-learning")
+    plain = small_comparison("sarsa", "q-learning")
     assert plain.comparison.control == ""
     assert plain.no_control.startswith("neither of the two has a tensor step")
-    own = small_contest("sarsa", "tq-learning", settings={"weights": "constant"})
+    own = small_comparison("sarsa", "tq-learning", settings={"weights": "constant"})
     assert own.no_control == "the weights of tq-learning-1 are constant: it is its own control"
     assert len(own.scenario.variants) == 2
 
 
 def test_settings_go_to_both_or_to_one_side() -> None:
     settings = {"alpha": 0.3, "lambda_": 0.5, "every": 5, "candidate.gamma": 0.9, "base.alpha": 0.4, "share": "mean"}
-    base, candidate, control = small_contest("q-learning", "tsarsa-lambda", settings=settings).scenario.variants
+    base, candidate, control = small_comparison("q-learning", "tsarsa-lambda", settings=settings).scenario.variants
     assert base.parameters == {"alpha": 0.4}  # lambda_ and every are none of its parameters
     assert candidate.parameters == control.parameters == {"alpha": 0.3, "lambda_": 0.5, "gamma": 0.9}
     assert candidate.tensor_step == TensorStep(5, (15, 3, 9, 1), "paper", "mean")
@@ -80,7 +80,7 @@ def test_one_algorithm_can_be_compared_with_itself_under_other_settings() -> Non
 
 
 def test_a_run_is_what_the_learner_alone_does(tmp_path: Path) -> None:
-    made = small_contest(n_agents=2)
+    made = small_comparison(n_agents=2)
     runs = run_study(made.study, tmp_path, workers=1).runs
     env = make_environment(MAZE, SMALL)
     for r in range(2):
@@ -92,7 +92,7 @@ def test_a_run_is_what_the_learner_alone_does(tmp_path: Path) -> None:
 
 
 def test_workers_do_not_change_a_bit(tmp_path: Path) -> None:
-    made = small_contest()
+    made = small_comparison()
     for workers in (1, 2):
         run_study(made.study, tmp_path / str(workers), workers=workers)
     for name in FILES:
@@ -100,7 +100,7 @@ def test_workers_do_not_change_a_bit(tmp_path: Path) -> None:
 
 
 def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(tmp_path: Path) -> None:
-    made = small_contest(n_runs=3)
+    made = small_comparison(n_runs=3)
 
     def interrupt(done: int, total: int) -> None:
         if done == 2:
@@ -109,7 +109,7 @@ def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(tmp_path: Path
     with pytest.raises(KeyboardInterrupt):
         run_study(made.study, tmp_path / "halting", workers=1, progress=interrupt)
     assert len(Store(tmp_path / "halting", made.study).finished()) == 2
-    again = small_contest(n_runs=3)  # another process would make it anew, too
+    again = small_comparison(n_runs=3)  # another process would make it anew, too
     run_study(again.study, tmp_path / "halting", workers=1)
     run_study(made.study, tmp_path / "straight", workers=1)
     for name in FILES:
@@ -117,8 +117,8 @@ def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(tmp_path: Path
 
 
 def test_another_environment_is_another_study(tmp_path: Path) -> None:
-    Store(tmp_path, small_contest().study)
-    other = small_contest(keywords=SMALL | {"maze_seed": 1})
+    Store(tmp_path, small_comparison().study)
+    other = small_comparison(keywords=SMALL | {"maze_seed": 1})
     with pytest.raises(OutputConflictError, match="maze_seed"):
         Store(tmp_path, other.study)
     held = json.loads((tmp_path / "study.json").read_text())
@@ -129,16 +129,16 @@ def test_another_environment_is_another_study(tmp_path: Path) -> None:
 
 
 def test_a_study_can_be_sent_to_another_process() -> None:
-    made = small_contest()
+    made = small_comparison()
     there = pickle.loads(pickle.dumps(made.study))  # noqa: S301  # as multiprocessing does
     assert there.specification() == made.study.specification()
 
 
 def test_compiled_problems_are_made_once_and_others_by_each_learner(monkeypatch: pytest.MonkeyPatch) -> None:
-    scenario = small_contest().scenario
+    scenario = small_comparison().scenario
     base, candidate, _ = scenario.variants
     assert runner._environment(scenario, base, 0) is runner._environment(scenario, candidate, 0)
-    other = small_contest().scenario
+    other = small_comparison().scenario
     monkeypatch.setattr(runner, "as_problem", lambda env, options: as_problem(env, replace(options, compiled=False)))
     env = runner._environment(other, base, 0)
     assert isinstance(env, partial)
@@ -169,16 +169,16 @@ def test_compiled_problems_are_made_once_and_others_by_each_learner(monkeypatch:
 )
 def test_what_cannot_be_compared_is_said(changes: dict[str, object], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
-        contest(request()._replace(**changes))  # type: ignore[arg-type]  # of a wrong type is part of it
+        comparison_study(config_of()._replace(**changes))  # type: ignore[arg-type]  # of a wrong type is part of it
 
 
 def test_dyna_h_needs_a_heuristic() -> None:
     with pytest.raises(ProblemError, match="DynaH needs a heuristic"):
-        small_contest("dyna-h", "dyna-ht", environment="tuckerl/CartPole-v0", keywords={})
+        small_comparison("dyna-h", "dyna-ht", environment="tuckerl/CartPole-v0", keywords={})
 
 
 def test_teams_can_be_compared() -> None:
-    made = small_contest("team-q", "team-tq", environment="tuckerl/RobotRescue-v0", keywords={})
+    made = small_comparison("team-q", "team-tq", environment="tuckerl/RobotRescue-v0", keywords={})
     assert [variant.name for variant in made.scenario.variants] == ["team-q", "team-tq-1", "constant-1"]
     step = made.scenario.variants[1].tensor_step
     assert step is not None
@@ -230,7 +230,7 @@ def test_an_environment_that_cannot_be_made_is_not_listed(monkeypatch: pytest.Mo
 
 def test_agents_of_an_environment_share_in_the_control_as_in_the_candidate() -> None:
     small = {"map": "..H..\nATB..", "max_cycles": 20}
-    made = contest(
+    made = comparison_study(
         ComparisonConfig("q-learning", "tq-learning", "tuckerl/RobotRescue-v0", small, n_runs=1, n_episodes=20)
     )
     assert made.comparison.control == "constant-1-max"

@@ -1,4 +1,4 @@
-"""Two algorithms on one environment, from the same seeds: the study behind ``tuckerl compare``.
+"""Comparing two algorithms on one environment, from the same seeds: the study behind ``tuckerl compare``.
 
 Where one of the two is a T-version, the constant control is played as well: the same learner with as many agents and
 the same sharing, whose learning rate is as small as the tensor step makes it on average, but equal for all actions.
@@ -21,8 +21,9 @@ from tuckerl.studies.algorithms import (
     split_settings,
     tensor_step,
 )
+from tuckerl.studies.assumptions import invented
 from tuckerl.studies.environments import bins_named, environment_specification, maker
-from tuckerl.studies.study import INVENTED, AlgorithmConfig, Assumption, Comparison, Scenario, Study, Variant, variant
+from tuckerl.studies.study import AlgorithmConfig, Comparison, Scenario, Study, Variant, variant
 
 N_RUNS, N_EPISODES = 50, 500
 SCENARIO_NUMBER = 3  # in the seeds, where the paper's scenarios have 0 to 2
@@ -32,7 +33,7 @@ BASE, CANDIDATE = "base", "candidate"
 
 
 class ComparisonConfig(NamedTuple):
-    """What is to be compared, in a user's words."""
+    """What a user asks to have compared."""
 
     base: str  # an algorithm's name
     candidate: str
@@ -47,9 +48,9 @@ class ComparisonConfig(NamedTuple):
 
 
 class ComparisonStudy(NamedTuple):
-    """The study of a request."""
+    """The study of two algorithms, of one scenario."""
 
-    request: ComparisonConfig
+    config: ComparisonConfig
     study: Study
     no_control: str  # why there is no control; "" where there is one
 
@@ -65,14 +66,14 @@ class ComparisonStudy(NamedTuple):
 
     def algorithm(self, name: str) -> Algorithm:
         """Return the algorithm that a variant plays; of the control, that whose control it is."""
-        base, candidate = named_algorithm(self.request.base), named_algorithm(self.request.candidate)
+        base, candidate = named_algorithm(self.config.base), named_algorithm(self.config.candidate)
         if name == self.comparison.control:
             return candidate if candidate.is_t_version else base
         return candidate if name == self.comparison.candidate else base
 
 
-def contest(request: ComparisonConfig) -> ComparisonStudy:
-    """Return the study that answers a request; every learner in it has been made once, so none of it is impossible.
+def comparison_study(config: ComparisonConfig) -> ComparisonStudy:
+    """Return the study of a comparison; every learner in it has been made once, so none of it is impossible.
 
     Raises
     ------
@@ -83,76 +84,69 @@ def contest(request: ComparisonConfig) -> ComparisonStudy:
     ProblemError
         If the environment cannot be made, or an algorithm cannot play it.
     """
-    algorithms = named_algorithm(request.base), named_algorithm(request.candidate)
-    check_name("measure", request.measure, MEASURED)
-    _check_numbers(request, algorithms)
-    settings = _settings_of_sides(request, algorithms)
-    make_environment(request.environment, request.keywords).close()
-    problem = partial(maker, name=request.environment, keywords=dict(request.keywords))
-    sides = [_side(request, *pair, problem) for pair in zip(algorithms, settings, strict=True)]
-    base, candidate = _told_apart(sides[0].variant, sides[1].variant)
+    algorithms = named_algorithm(config.base), named_algorithm(config.candidate)
+    check_name("measure", config.measure, MEASURED)
+    _check_numbers(config, algorithms)
+    settings = _settings_of_sides(config, algorithms)
+    make_environment(config.environment, config.keywords).close()
+    problem = partial(maker, name=config.environment, keywords=dict(config.keywords))
+    sides = [_side(config, *pair, problem) for pair in zip(algorithms, settings, strict=True)]
+    base, candidate = _with_two_names(sides[0].variant, sides[1].variant)
     control, no_control = _control(*sides)
-    comparison = Comparison(
-        "",
-        f"{candidate.name} does better than {base.name}",
-        request.measure,
-        base.name,
-        candidate.name,
-        control.name if control else "",
-    )
+    label = _label(config.environment, config.keywords)
+    claim, control_name = f"{candidate.name} does better than {base.name}", control.name if control else ""
     scenario = Scenario(
-        name=_labelled(request.environment, request.keywords),
-        title=f"{algorithms[0].title} and {algorithms[1].title} on {_labelled(request.environment, request.keywords)}",
+        name=label,
+        title=f"{algorithms[0].title} and {algorithms[1].title} on {label}",
+        description="",
         number=SCENARIO_NUMBER,
         problem=problem,
         n_instances=1,
-        n_runs=request.n_runs,
-        n_episodes=request.n_episodes,
+        n_runs=config.n_runs,
+        n_episodes=config.n_episodes,
+        algorithm=sides[1].algorithm,
         variants=(base, candidate, *([control] if control else [])),
-        comparisons=(comparison,),
-        record_paths_of=(),
-        family=sides[1].family,
-        measure=request.measure,
+        measure=config.measure,
+        comparisons=(Comparison("", claim, config.measure, base.name, candidate.name, control_name),),
         assumptions=tuple(_RANKS for side in sides if side.has_default_ranks)[:1],
-        environment=environment_specification(request.environment, request.keywords),
+        environment=environment_specification(config.environment, config.keywords),
     )
-    return ComparisonStudy(request, Study((scenario,), request.seed), no_control)
+    return ComparisonStudy(config, Study((scenario,), config.seed), no_control)
 
 
-_RANKS = Assumption(
-    INVENTED,
+_RANKS = invented(
     "Ranks where none are set: 15 for the states, 10 for the actions or one less than there are of these, 9 for the "
-    "episodes, 1 for the agents. The paper gives ranks for its own three problems only; its action ranks are these.",
+    "episodes, 1 for the agents. The paper gives ranks for its own three problems only; its action ranks are these."
 )
 
 
 class _Side(NamedTuple):
     variant: Variant
-    family: AlgorithmConfig
-    n_tables: int
+    algorithm: AlgorithmConfig
+    n_agents: int
     has_default_ranks: bool
 
 
-def _check_numbers(request: ComparisonConfig, algorithms: tuple[Algorithm, Algorithm]) -> None:
-    check_int("runs", request.n_runs, 1)
-    check_int("episodes", request.n_episodes, 1)
-    check_int("seed", request.seed, 0)
-    if request.n_agents is not None:
-        check_int("agents", request.n_agents, 1)
+def _check_numbers(config: ComparisonConfig, algorithms: tuple[Algorithm, Algorithm]) -> None:
+    check_int("runs", config.n_runs, 1)
+    check_int("episodes", config.n_episodes, 1)
+    check_int("seed", config.seed, 0)
+    if config.n_agents is not None:
+        check_int("agents", config.n_agents, 1)
         if not any(algorithm.is_t_version for algorithm in algorithms):
             raise ParameterError(
-                f"agents are those of a T-version, and neither {request.base} nor {request.candidate} is one: leave "
+                f"agents are those of a T-version, and neither {config.base} nor {config.candidate} is one: leave "
                 "--agents out"
             )
 
 
 def _settings_of_sides(
-    request: ComparisonConfig, algorithms: tuple[Algorithm, Algorithm]
+    config: ComparisonConfig, algorithms: tuple[Algorithm, Algorithm]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return each side's settings: those of both that it takes, under its own, which must be known to it."""
     of_both: dict[str, Any] = {}
     own: dict[str, dict[str, Any]] = {BASE: {}, CANDIDATE: {}}
-    for name, value in request.settings.items():
+    for name, value in config.settings.items():
         side, dot, parameter = name.rpartition(".")
         if not dot:
             check_setting(algorithms, name)
@@ -172,23 +166,23 @@ def _settings_of_sides(
     return made[0], made[1]
 
 
-def _side(request: ComparisonConfig, algorithm: Algorithm, settings: Mapping[str, Any], problem: partial[Any]) -> _Side:
-    check_plays(algorithm, request.environment)
+def _side(config: ComparisonConfig, algorithm: Algorithm, settings: Mapping[str, Any], problem: partial[Any]) -> _Side:
+    check_plays(algorithm, config.environment)
     parameters, of_step = split_settings(algorithm, settings)
-    n_agents = (request.n_agents or 1) if algorithm.is_t_version else 1
+    n_agents = (config.n_agents or 1) if algorithm.is_t_version else 1
     with bins_named():
         learner = algorithm.learner(problem(0), **parameters, n_agents=n_agents)
     sizes = (learner.problem.n_states, learner.problem.n_actions)
     step = tensor_step(algorithm, sizes, of_step)
-    family = AlgorithmConfig(request.base, request.candidate, algorithm.learner, parameters, step, sizes[1])
+    of_both = AlgorithmConfig(config.base, config.candidate, algorithm.learner, parameters, step, sizes[1])
     if not algorithm.is_t_version:
-        return _Side(Variant(algorithm.name, algorithm.learner, parameters, 1, None), family, learner.n_agents, False)
+        return _Side(Variant(algorithm.name, algorithm.learner, parameters, 1, None), of_both, learner.n_agents, False)
     name = f"{algorithm.name}-{n_agents}" + ("" if step.share == algorithm.share else f"-{step.share}")
     made = Variant(name, algorithm.learner, parameters, n_agents, step)
-    return _Side(made, family, learner.n_agents, "ranks" not in of_step)
+    return _Side(made, of_both, learner.n_agents, "ranks" not in of_step)
 
 
-def _told_apart(base: Variant, candidate: Variant) -> tuple[Variant, Variant]:
+def _with_two_names(base: Variant, candidate: Variant) -> tuple[Variant, Variant]:
     """Return both, with two names where they had one."""
     if base.specification() == candidate.specification():
         raise ParameterError(
@@ -208,10 +202,10 @@ def _control(base: _Side, candidate: _Side) -> tuple[Variant | None, str]:
     if step.weights == "constant":
         return None, f"the weights of {side.variant.name} are constant: it is its own control"
     n_agents = side.variant.n_agents
-    shared = f"-{step.share}" if side.n_tables > 1 and step.share != "none" else ""
-    return variant(side.family, f"constant-{n_agents}{shared}"), ""
+    shared = f"-{step.share}" if side.n_agents > 1 and step.share != "none" else ""
+    return variant(side.algorithm, f"constant-{n_agents}{shared}"), ""
 
 
-def _labelled(name: str, keywords: Mapping[str, Any]) -> str:
+def _label(name: str, keywords: Mapping[str, Any]) -> str:
     given = ", ".join(f"{key}={value!r}" for key, value in keywords.items())
     return f"{name}({given})" if given else name
