@@ -42,8 +42,8 @@ def test_an_agent_is_trained_evaluated_and_shown(tmp_path: Path, capsys: pytest.
     assert status_of(*LAKE, "--episodes", "40", "--out", "lake") == 0
     out, err = capsys.readouterr()
     assert err.splitlines()[0] == (
-        "FrozenLake-v1: its extracted transition table (16 states, 4 actions) is played in compiled code; "
-        "--set compiled=false plays the environment itself, in Python"
+        "FrozenLake-v1: its transition table (16 states, 4 actions) is played in compiled code; "
+        "--set compiled=false steps the environment instead"
     )
     history = pl.read_parquet("lake/history.parquet")
     assert history.shape == (120, 4)
@@ -136,7 +136,7 @@ def test_what_was_learned_before_an_environment_fails_is_kept(capsys: pytest.Cap
     Mood.left, Mood.act = 200, fail
     assert status_of("train", "sarsa", MOODY, "--out", "agent") == 2
     told = capsys.readouterr().err.splitlines()
-    assert told[0] == f"{MOODY}: played in Python (5 states, 2 actions)"
+    assert told[0] == f"{MOODY}: stepped in Python (5 states, 2 actions)"
     assert re.search(r"failed \(RuntimeError: the motor is off\) in step \d+ of episode \d+ .*seed \d+", told[1])
     assert told[1].endswith("saved in agent/agent.tuckerl")
     assert len(told) == 2
@@ -179,7 +179,7 @@ def test_a_module_in_the_current_folder_is_imported_only_by_its_users_word(
 def test_bins_can_be_quantiles(capsys: pytest.CaptureFixture[str]) -> None:
     wanted = ["train", "q-learning", "CartPole-v1", "--episodes", "5", "--evaluate", "2", "--out", "pole"]
     assert status_of(*wanted, "--quantile-bins", "1,1,3,2") == 0
-    assert "CartPole-v1: played in Python (6 states, 2 actions)" in capsys.readouterr().err
+    assert "CartPole-v1: stepped in Python (6 states, 2 actions)" in capsys.readouterr().err
     assert status_of("evaluate", "pole/agent.tuckerl", "--episodes", "2") == 0
     assert status_of(*wanted, "--quantile-bins", "1,1,3,3") == 2
     assert "(quantile_bins is [1, 1, 3, 2] there and [1, 1, 3, 3] now)" in capsys.readouterr().err

@@ -29,10 +29,10 @@ PROBLEM_KINDS: dict[str, ProblemKind] = {
     "table": ProblemKind("tuckerl.problems.mdp:TabularMDP", "a finite MDP given by arrays"),
     "simulator": ProblemKind("tuckerl.problems.simulator:Simulator", "compiled functions that move a few numbers"),
     "gymnasium": ProblemKind(
-        "adapters.gymnasium_problem:GymnasiumProblem", "a Gymnasium environment that Python steps"
+        "tuckerl.adapters.gymnasium_problem:GymnasiumProblem", "a Gymnasium environment that Python steps"
     ),
     "pettingzoo": ProblemKind(
-        "adapters.pettingzoo_problem:PettingZooProblem", "a PettingZoo environment, a table for each agent"
+        "tuckerl.adapters.pettingzoo_problem:PettingZooProblem", "a PettingZoo environment, a table for each agent"
     ),
 }
 
