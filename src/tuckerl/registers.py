@@ -1,6 +1,5 @@
 """What registers have in common: an entry names what it registers, and it is imported when it is first needed."""
 
-from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
@@ -9,12 +8,3 @@ def load(home: str) -> Any:
     """Return what ``"module:name"`` names, such as ``"tuckerl.learners.sarsa:Sarsa"``."""
     module, _, name = home.partition(":")
     return getattr(import_module(module), name)
-
-
-def deferred(home: str) -> Callable[..., Any]:
-    """Return a function that calls the one that ``"module:name"`` names."""
-
-    def call(*arguments: Any) -> Any:
-        return load(home)(*arguments)
-
-    return call

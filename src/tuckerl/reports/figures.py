@@ -2,21 +2,17 @@
 
 from typing import Any
 
-from tuckerl.reports.ablation_figure import ABLATION
-from tuckerl.reports.comparison_figure import COMPARISON
-from tuckerl.reports.curves import CURVES
+from tuckerl.registers import load
 from tuckerl.reports.figure import FigureSpec
-from tuckerl.reports.paths import PATHS
-from tuckerl.reports.sensitivity_figure import SENSITIVITY
-from tuckerl.reports.weight_lines import WEIGHT_LINES
-from tuckerl.reports.weight_map import WEIGHT_MAP
 
-FIGURES: tuple[FigureSpec[Any], ...] = (
-    PATHS,
-    CURVES,
-    WEIGHT_LINES,
-    WEIGHT_MAP,
-    ABLATION,
-    SENSITIVITY,
-    COMPARISON,
+_LISTED = (
+    "tuckerl.reports.paths:PATHS",
+    "tuckerl.reports.curves:CURVES",
+    "tuckerl.reports.weight_lines:WEIGHT_LINES",
+    "tuckerl.reports.weight_map:WEIGHT_MAP",
+    "tuckerl.reports.ablation_figure:ABLATION",
+    "tuckerl.reports.sensitivity_figure:SENSITIVITY",
+    "tuckerl.reports.comparison_figure:COMPARISON",
 )
+
+FIGURES: tuple[FigureSpec[Any], ...] = tuple(map(load, _LISTED))

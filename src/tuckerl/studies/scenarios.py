@@ -1,18 +1,16 @@
 """All scenarios by name. To add one, write its file and list it here."""
 
 from tuckerl.checks import check_int, check_name
-from tuckerl.studies.cart_pole import CART_POLE
-from tuckerl.studies.dyna_maze import DYNA_MAZE
-from tuckerl.studies.robot_rescue import ROBOT_RESCUE
+from tuckerl.registers import load
 from tuckerl.studies.study import Scenario, Study
 
 _LISTED = (
-    CART_POLE,
-    DYNA_MAZE,
-    ROBOT_RESCUE,
+    "tuckerl.studies.cart_pole:CART_POLE",
+    "tuckerl.studies.dyna_maze:DYNA_MAZE",
+    "tuckerl.studies.robot_rescue:ROBOT_RESCUE",
 )
 
-SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in _LISTED}
+SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in map(load, _LISTED)}
 
 QUICK_INSTANCES, QUICK_RUNS, QUICK_EPISODES = 2, 5, 50
 

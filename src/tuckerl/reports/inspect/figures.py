@@ -2,24 +2,19 @@
 
 from typing import Any
 
+from tuckerl.registers import load
 from tuckerl.reports.figure import FigureSpec
-from tuckerl.reports.inspect.agents import AGENTS
-from tuckerl.reports.inspect.curve import CURVE
-from tuckerl.reports.inspect.loadings import LOADINGS
-from tuckerl.reports.inspect.plain import PLAIN
-from tuckerl.reports.inspect.policy import POLICY
-from tuckerl.reports.inspect.state_loadings import STATE_LOADINGS
-from tuckerl.reports.inspect.weights import WEIGHTS
-from tuckerl.reports.inspect.windows import COPIED, FIT
 
-FIGURES: tuple[FigureSpec[Any], ...] = (
-    CURVE,
-    POLICY,
-    PLAIN,
-    AGENTS,
-    WEIGHTS,
-    COPIED,
-    FIT,
-    STATE_LOADINGS,
-    LOADINGS,
+_LISTED = (
+    "tuckerl.reports.inspect.curve:CURVE",
+    "tuckerl.reports.inspect.policy:POLICY",
+    "tuckerl.reports.inspect.plain:PLAIN",
+    "tuckerl.reports.inspect.agents:AGENTS",
+    "tuckerl.reports.inspect.weights:WEIGHTS",
+    "tuckerl.reports.inspect.windows:COPIED",
+    "tuckerl.reports.inspect.windows:FIT",
+    "tuckerl.reports.inspect.state_loadings:STATE_LOADINGS",
+    "tuckerl.reports.inspect.loadings:LOADINGS",
 )
+
+FIGURES: tuple[FigureSpec[Any], ...] = tuple(map(load, _LISTED))
