@@ -49,7 +49,7 @@ def test_forced_actions_equal_the_twin(world: str, sarsa: bool) -> None:
     game = game_of(world, seed=6, sarsa=sarsa, alpha=0.3, gamma=0.95, epsilon=1.0, decay=1.0, ties="random")
     played = [game.episode(np.ones(8)) for _ in range(EPISODES)]
     assert isinstance(learner.problem, PettingZooProblem)
-    assert learner.n_agents == 1
+    assert learner.n_agents == len(game.players)
     assert learner.q.shape == (len(game.players), learner.problem.n_states, learner.problem.n_actions)
     for place, (name, player) in enumerate(game.players.items()):
         assert learner.steps[:, place].tolist() == [done[name][0] for done in played]
@@ -231,5 +231,5 @@ def test_what_an_error_breaks_off_is_kept_and_learning_goes_on() -> None:
     assert learner.episodes == 0
     assert (learner.q[:, :2] != 0).any(axis=2).all(), "two steps were learned from"
     assert not learner.q[:, 2:].any()
-    learner._worlds[0].env.at = 99  # type: ignore[attr-defined]
+    learner._state.worlds[0].env.at = 99  # type: ignore[attr-defined]
     assert learner.learn(2).steps.tolist() == [[9, 9], [9, 9]]

@@ -77,7 +77,7 @@ def test_a_table_on_the_learners_own_stream_is_learned_alike_in_python(
     mdp = make(3, n_states=9, n_outcomes=3, random_start=True, limit=30)
     env = TableEnv(mdp)
     stepped = made(name, env, 9, tensor_step=step)
-    env.draw_from(stepped._streams[0])
+    env.draw_from(stepped._state.streams[0])
     assert_learned_alike(made(name, mdp, 9, tensor_step=step).learn(10), stepped.learn(10))
 
 
@@ -259,7 +259,7 @@ def test_agents_have_environments_of_their_own() -> None:
     before = copy.deepcopy(env)
     learner = QLearning(env, n_agents=3, seed=5, epsilon=1.0).learn(6)
     assert len({tuple(column) for column in learner.returns.T.tolist()}) == 3
-    assert learner._worlds[0].env is env  # type: ignore[attr-defined]  # stepped in Python
+    assert learner._state.worlds[0].env is env  # type: ignore[attr-defined]  # stepped in Python
     by_callable = QLearning(lambda: SeededTableEnv(MDP), n_agents=3, seed=5, epsilon=1.0).learn(6)
     assert_learned_alike(learner, by_callable)
     assert before.state == 0
