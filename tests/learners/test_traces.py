@@ -197,7 +197,7 @@ def test_rows_are_bounded_by_the_length_of_a_trace_not_by_the_states(monkeypatch
     learner = SarsaLambda(ring, gamma=1.0, lambda_=0.5, carry_trace=True, seed=0).learn(1)
     alive = int(learner._state.declared[0]["traces"].cursor[ROWS])
     assert 900 < alive < 1000
-    # The slots that were ever used: those alive, and as many as 40 epochs of 27 steps add before they are looked through.
+    # The slots that were ever used: those alive, and as many as 40 epochs of 27 steps add before a flush.
     used = int((learner._state.declared[0]["traces"].state > 0).sum())
     assert alive <= used < alive + module._N_EPOCHS * 27 + 27
 

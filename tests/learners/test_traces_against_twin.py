@@ -107,7 +107,7 @@ def test_traces_equal_the_sweep(learner: str, name: str, trace: str, carry_trace
 @pytest.mark.parametrize("trace", ["replacing", "accumulating"])
 @pytest.mark.parametrize("learner", ["SarsaLambda", "TeamQ"])
 def test_long_episodes_equal_the_sweep(learner: str, trace: str, carry_trace: bool) -> None:
-    # Thousands of steps, so that epochs begin dozens of times and traces are flushed because there are too many of them.
+    # Thousands of steps, so that epochs begin dozens of times and traces are flushed as there are too many.
     problem = random_mdp(9, n_states=25, limit=4000, ends=0.0)
     for gamma, lambda_ in [(0.95, 0.95), (0.7, 0.1), (0.999, 1.0)]:
         parameters: dict[str, Any] = {"alpha": 0.05, "gamma": gamma, "lambda_": lambda_, "trace": trace}
