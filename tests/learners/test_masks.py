@@ -68,7 +68,7 @@ def test_greedy_actions_equal_the_twins(made: Any, ties: str) -> None:
         rng.random((5, 4)) < 0.2,
         max_episode_steps=5,
         heuristic=np.arange(5.0),
-        action_mask=~masks(1, 5, (4,)),
+        action_mask=masks(1, 5, (4,)),
     )
     extra = {"planning_steps": 1} if made is DynaH else {"lambda_": 0.5} if made in (SarsaLambda, TeamQ) else {}
     compare(made, problem, alpha=0.5, gamma=0.5, epsilon=0.5, ties=ties, **extra)
