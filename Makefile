@@ -28,7 +28,8 @@ check: setup ## formatter, linter and types, as CI does
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-format: setup ## format the code and mend what the linter can
+format: setup ## format the code and fix what the linter can
+	$(BIN)/python -m tests.structure.stub
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 

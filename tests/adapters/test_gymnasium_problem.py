@@ -11,10 +11,11 @@ from tests.adapters.parallel_worlds import Masked, Unequal
 from tuckerl._jit import call_python, python_callback
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem, GymnasiumWorld
 from tuckerl.adapters.joint import JointEnv
-from tuckerl.adapters.python_world import FAULT, STEP_CAP, YIELD
+from tuckerl.adapters.python_problem import STEP_CAP
+from tuckerl.adapters.python_world import FAULT, YIELD
 from tuckerl.errors import EnvironmentFaultError, ProblemError
+from tuckerl.problems.dynamics import is_out_of_time, must_return, reset, step
 from tuckerl.rng import seed_sequence, stream
-from tuckerl.training.dynamics import halted, out_of_time, reset, step
 
 RNG = stream(seed_sequence(0))
 
@@ -55,25 +56,25 @@ def test_numbers_go_in_and_out() -> None:
     world = world_of(env)
     assert reset(world.arrays, RNG) == 2
     assert step(world.arrays, 2, 2, RNG) == (3, 1.0, False)
-    assert not out_of_time(world.arrays, 1)
+    assert not is_out_of_time(world.arrays, 1)
     assert step(world.arrays, 3, 2, RNG) == (4, 2.0, True)
     assert reset(world.arrays, RNG) == 2
     assert step(world.arrays, 2, 0, RNG) == (1, -1.0, False)
     assert step(world.arrays, 1, 1, RNG) == (1, -1.0, False)
-    assert not out_of_time(world.arrays, 2)
+    assert not is_out_of_time(world.arrays, 2)
     assert step(world.arrays, 1, 0, RNG) == (0, -2.0, False)
-    assert out_of_time(world.arrays, 3), "the environment truncated"
-    assert not halted(world.arrays)
+    assert is_out_of_time(world.arrays, 3), "the environment truncated"
+    assert not must_return(world.arrays)
     assert env.taken == [5, 5, 3, 4, 3]
     reset(world.arrays, RNG)
-    assert not out_of_time(world.arrays, 0)
+    assert not is_out_of_time(world.arrays, 0)
 
 
 def test_a_limit_of_ours_counts_steps() -> None:
     world = world_of(Stairs(), max_episode_steps=2)
     assert not world.problem.is_capped
     reset(world.arrays, RNG)
-    assert [bool(out_of_time(world.arrays, steps)) for steps in (1, 2, 3)] == [False, True, True]
+    assert [bool(is_out_of_time(world.arrays, steps)) for steps in (1, 2, 3)] == [False, True, True]
 
 
 def test_the_first_world_plays_the_users_environment_and_others_play_copies() -> None:
@@ -93,10 +94,10 @@ def test_an_error_makes_the_kernel_return_and_is_raised_once() -> None:
     reset(world.arrays, RNG)
     env.floor = 7
     assert step(world.arrays, 2, 1, RNG)[0] == 0
-    assert halted(world.arrays)
+    assert must_return(world.arrays)
     with pytest.raises(EnvironmentFaultError, match=r"stairs failed \(ObservationError: .*-2 to 2.* in step 1 of epis"):
         world.raise_pending()
-    assert not halted(world.arrays)
+    assert not must_return(world.arrays)
     world.raise_pending()
     assert reset(world.arrays, RNG) == 2
 
@@ -105,7 +106,7 @@ def test_when_it_is_late_no_episode_begins() -> None:
     world = world_of(Stairs())
     world.set_deadline(-1.0)
     assert reset(world.arrays, RNG) == 0
-    assert halted(world.arrays)
+    assert must_return(world.arrays)
     assert world.arrays.status[0] == YIELD
     world.raise_pending()
     world.set_deadline(60.0)

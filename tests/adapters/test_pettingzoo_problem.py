@@ -6,9 +6,9 @@ import pytest
 from gymnasium import spaces
 
 from tests.adapters.parallel_worlds import Leaving, Masked, Meeting, Unequal, altered
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem, PettingZooWorld, step_together
-from tuckerl.adapters.python_world import TERMINATED, TRUNCATED
+from tuckerl.adapters.pettingzoo_problem import PettingZooProblem, PettingZooWorld
 from tuckerl.errors import EnvironmentFaultError, ProblemError, SpaceError
+from tuckerl.problems.dynamics import TERMINATED, TRUNCATED, step_together
 from tuckerl.rng import seed_sequence
 
 
@@ -40,7 +40,7 @@ def test_all_agents_act_at_once() -> None:
 
 def test_the_largest_agent_sizes_all_tables() -> None:
     problem = PettingZooProblem(Unequal(), "unequal")
-    assert (problem.n_states, problem.n_actions, problem.are_equal) == (4, 8, False)
+    assert (problem.n_states, problem.n_actions, problem.has_equal_spaces) == (4, 8, False)
     assert problem.has_masks, "places that the scout has not got are forbidden"
     scout, carrier = problem.world().action_masks
     assert not scout[:, 3:].any()

@@ -13,17 +13,18 @@ from pettingzoo.utils.wrappers import MultiEpisodeParallelEnv
 
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.python_world import STEP_CAP
-from tuckerl.adapters.resolve import Agents, Problem, Reading, as_problem
+from tuckerl.adapters.python_problem import STEP_CAP
+from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.environments.dyna_maze import DynaMazeEnv
 from tuckerl.environments.robot_rescue_env import RobotRescueEnv
 from tuckerl.errors import MazeError, ParameterError, ParameterTypeError, ProblemError, SpaceError, UnknownNameError
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.problem import Problem
 
 ID = "tuckerl/DynaMaze-v0"
 TEAM_ID = "tuckerl/RobotRescue-v0"
-TEAM = Reading(Agents.JOINT)
+TEAM = AdapterOptions(Agents.JOINT)
 
 
 def table_of(problem: Problem) -> Any:
@@ -97,9 +98,9 @@ def test_instances_are_not_closed_and_callables_are(watched: type[WatchedMaze]) 
 
 def test_what_a_callable_made_is_closed_when_it_is_refused(watched: type[WatchedMaze]) -> None:
     with pytest.raises(ParameterError, match="bins are for environments whose observations are a Box"):
-        as_problem(lambda: watched(), Reading(bins=3))
+        as_problem(lambda: watched(), AdapterOptions(bins=3))
     assert watched.closed == 1
-    as_problem(lambda: watched(), Reading(compiled=False))
+    as_problem(lambda: watched(), AdapterOptions(compiled=False))
     assert watched.closed == 1
 
 
@@ -114,10 +115,10 @@ def test_the_strictest_of_several_time_limits_holds() -> None:
 def test_an_environment_without_a_time_limit_gets_a_cap() -> None:
     for env in (gymnasium.make(ID, max_episode_steps=-1), "CliffWalking-v1"):
         for compiled in ("auto", False):
-            problem = as_problem(env, Reading(compiled=compiled))
+            problem = as_problem(env, AdapterOptions(compiled=compiled))
             assert (problem.max_episode_steps, problem.is_capped) == (STEP_CAP, True)
     assert not as_problem(ID).is_capped
-    assert not as_problem(ID, Reading(compiled=False)).is_capped
+    assert not as_problem(ID, AdapterOptions(compiled=False)).is_capped
 
 
 def test_what_a_wrapper_may_change_is_stepped() -> None:
@@ -128,10 +129,10 @@ def test_what_a_wrapper_may_change_is_stepped() -> None:
 
 
 def test_lifting_can_be_forbidden() -> None:
-    problem = as_problem(ID, Reading(compiled=False))
+    problem = as_problem(ID, AdapterOptions(compiled=False))
     assert isinstance(problem, GymnasiumProblem)
     assert (problem.n_states, problem.n_actions, problem.max_episode_steps) == (39 * 36, 4, 2000)
-    assert isinstance(as_problem(TEAM_ID, Reading(Agents.JOINT, compiled=False)), GymnasiumProblem)
+    assert isinstance(as_problem(TEAM_ID, AdapterOptions(Agents.JOINT, compiled=False)), GymnasiumProblem)
 
 
 def test_toy_text_is_lifted() -> None:
@@ -146,9 +147,9 @@ def test_toy_text_is_lifted() -> None:
 
 def test_a_box_without_bounds_needs_edges() -> None:
     with pytest.raises(SpaceError, match=r"give .*edges"):
-        as_problem("CartPole-v1", Reading(bins=5))
+        as_problem("CartPole-v1", AdapterOptions(bins=5))
     with pytest.raises(SpaceError, match="action must be one of finitely many"):
-        as_problem("Pendulum-v1", Reading(bins=5))
+        as_problem("Pendulum-v1", AdapterOptions(bins=5))
 
 
 @pytest.mark.parametrize("env", [3, None, [ID]])
@@ -223,7 +224,7 @@ def test_agents_have_tables_of_their_own_unless_they_are_a_team() -> None:
     problem = as_problem(TEAM_ID)
     assert isinstance(problem, PettingZooProblem)
     assert problem.agents == ("robot_0", "robot_1")
-    assert (problem.n_states, problem.n_actions, problem.are_equal) == (192, 5, True)
+    assert (problem.n_states, problem.n_actions, problem.has_equal_spaces) == (192, 5, True)
 
 
 def test_environments_played_in_turns_are_refused() -> None:

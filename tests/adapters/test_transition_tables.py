@@ -16,8 +16,8 @@ from tests.reference.value_iteration import Model, action_values, model_of, opti
 from tuckerl import QLearning, TabularMDP
 from tuckerl.adapters.transition_tables import extract_transition_table
 from tuckerl.errors import ProblemError
+from tuckerl.problems.dynamics import reset, step
 from tuckerl.rng import seed_sequence, stream, uniform
-from tuckerl.training.dynamics import reset, step
 
 CERTAIN: list[tuple[str, dict[str, Any]]] = [
     ("FrozenLake-v1", {"is_slippery": False}),
@@ -39,7 +39,7 @@ def made(name: str, **settings: Any) -> Any:
     return gymnasium.make(name, **settings).unwrapped
 
 
-def lifted(env: Any) -> TabularMDP:
+def extracted(env: Any) -> TabularMDP:
     mdp = extract_transition_table(env)
     assert mdp is not None
     return mdp
@@ -59,7 +59,7 @@ def summed_outcomes(mdp: TabularMDP, s: int, a: int) -> list[tuple[float, int, f
 @pytest.mark.parametrize(("name", "settings"), CERTAIN + RANDOM)
 def test_every_outcome_and_every_start_is_the_environments(name: str, settings: dict[str, Any]) -> None:
     env = made(name, **settings)
-    mdp = lifted(env)
+    mdp = extracted(env)
     assert (mdp.n_states, mdp.n_actions) == (env.observation_space.n, env.action_space.n)
     assert mdp.max_episode_steps is None
     assert (mdp.arrays.offsets.size == 0) == ((name, settings) in CERTAIN)
@@ -79,7 +79,7 @@ def test_every_outcome_and_every_start_is_the_environments(name: str, settings: 
 @pytest.mark.parametrize(("name", "settings"), CERTAIN)
 def test_without_chance_environment_and_table_play_alike(name: str, settings: dict[str, Any]) -> None:
     env = made(name, **settings)
-    arrays, words = lifted(env).arrays, stream(seed_sequence(0))
+    arrays, words = extracted(env).world().arrays, stream(seed_sequence(0))
     actions = np.random.default_rng(0).integers(env.action_space.n, size=2000)
     state, _ = env.reset(seed=0)
     for action in actions.tolist():
@@ -102,10 +102,10 @@ class Draw:
 def test_the_same_draw_has_the_same_outcome(name: str, settings: dict[str, Any]) -> None:
     env = made(name, **settings)
     env.reset(seed=0)
-    mdp, words = lifted(env), stream(seed_sequence(1))
+    mdp, words = extracted(env), stream(seed_sequence(1))
     for _ in range(100):
         env.np_random = Draw(uniform(words.copy()))
-        assert env.reset()[0] == reset(mdp.arrays, words)
+        assert env.reset()[0] == reset(mdp.world().arrays, words)
         words[0] += np.uint64(1)  # where there is one start, nothing was drawn
     draws = 3 if mdp.n_states > 100 else 20
     for s, a in np.ndindex(mdp.n_states, mdp.n_actions):
@@ -128,7 +128,7 @@ def test_the_same_draw_has_the_same_outcome(name: str, settings: dict[str, Any])
 def test_next_states_come_at_their_frequencies(
     name: str, settings: dict[str, Any], s: int, a: int, expected: dict[int, float]
 ) -> None:
-    arrays, words, draws = lifted(made(name, **settings)).arrays, stream(seed_sequence(2)), 6000
+    arrays, words, draws = extracted(made(name, **settings)).world().arrays, stream(seed_sequence(2)), 6000
     states = [step(arrays, s, a, words)[0] for _ in range(draws)]
     assert set(states) == set(expected)
     counts = [states.count(state) for state in expected]
@@ -136,25 +136,25 @@ def test_next_states_come_at_their_frequencies(
 
 
 def test_what_lies_on_a_grid_has_its_layout() -> None:
-    assert lifted(made("FrozenLake8x8-v1")).layout == (8, 8)
-    assert lifted(FrozenLakeEnv(desc=["SFF", "FHG"])).layout == (2, 3)
-    assert lifted(CliffWalkingEnv()).layout == (4, 12)
-    assert lifted(TaxiEnv()).layout is None
+    assert extracted(made("FrozenLake8x8-v1")).layout == (8, 8)
+    assert extracted(FrozenLakeEnv(desc=["SFF", "FHG"])).layout == (2, 3)
+    assert extracted(CliffWalkingEnv()).layout == (4, 12)
+    assert extracted(TaxiEnv()).layout is None
     cliff = CliffWalkingEnv()
     cliff.shape = (5, 12)  # of some subclass that means another thing by it
-    assert lifted(cliff).layout is None
+    assert extracted(cliff).layout is None
 
 
 def test_a_taxis_masks_are_those_it_reports() -> None:
     env = made("Taxi-v4", is_rainy=True)
-    mdp = lifted(env)
+    mdp = extracted(env)
     env.reset(seed=0)
     for s in range(500):  # among them those in which an episode ends
         env.s = s
         _, _, _, _, info = env.step(0)
         assert mdp.arrays.action_mask[env.s].tolist() == [bool(allowed) for allowed in info["action_mask"]]
         assert mdp.arrays.action_mask[s].tolist() == [bool(allowed) for allowed in env.action_mask(s)]
-    assert lifted(FrozenLakeEnv()).arrays.action_mask.size == 0
+    assert extracted(FrozenLakeEnv()).arrays.action_mask.size == 0
 
 
 SWAP: dict[int, Any] = {
@@ -180,7 +180,7 @@ def changed(s: int, a: int, outcomes: Any) -> dict[int, Any]:
 
 
 def test_a_users_own_table() -> None:
-    mdp = lifted(Told())
+    mdp = extracted(Told())
     assert mdp.arrays.next_state.tolist() == [0, 1, 0, 1, 0]
     assert mdp.arrays.reward.tolist() == [0, 2, -1, 0, 1]
     assert mdp.arrays.terminated.tolist() == [False, False, True, True, False]
@@ -206,15 +206,15 @@ def test_tables_of_lists_and_of_numpys_numbers_are_read_alike() -> None:
     for s, a in np.ndindex(2, 2):
         objects[s, a] = [[p, there, int(r), int(end)] for p, there, r, end in SWAP[s][a]]
     rows = [{np.int64(a): outcomes for a, outcomes in SWAP[s].items()} for s in range(2)]
-    expected = lifted(Told()).arrays
+    expected = extracted(Told()).arrays
     for table in (as_lists(SWAP), numbers, objects, rows, tuple(map(tuple, as_lists(SWAP)))):
-        read = lifted(Told(table)).arrays
+        read = extracted(Told(table)).arrays
         assert [np.asarray(part).tolist() for part in read] == [np.asarray(part).tolist() for part in expected]
 
 
 def test_what_never_happens_may_be_anything_and_what_always_happens_needs_no_draw() -> None:
     never = (0.0, 99, math.nan, None)
-    mdp = lifted(Told(changed(0, 1, [never, (0.25, 1, 3, False), never, (0.75, 1, 3.0, False)])))
+    mdp = extracted(Told(changed(0, 1, [never, (0.25, 1, 3, False), never, (0.75, 1, 3.0, False)])))
     assert mdp.arrays.offsets.size == 0
     assert mdp.arrays.next_state.tolist() == [0, 1, 1, 0]
     assert mdp.arrays.reward.tolist() == [0, 3, 0, 1]
@@ -222,7 +222,7 @@ def test_what_never_happens_may_be_anything_and_what_always_happens_needs_no_dra
 
 def test_equal_outcomes_apart_from_each_other_keep_their_places() -> None:
     back, on = (0.25, 0, 0.0, False), (0.5, 1, 0.0, False)
-    mdp = lifted(Told(changed(0, 1, [back, on, back])))
+    mdp = extracted(Told(changed(0, 1, [back, on, back])))
     assert summed_outcomes(mdp, 0, 1) == [(0.25, 0, 0, False), (0.75, 1, 0, False), (1.0, 0, 0, False)]
 
 
@@ -237,11 +237,11 @@ def test_asking_for_a_missing_pair_does_not_make_it() -> None:
 def test_masks_of_a_users_environment() -> None:
     env: Any = Told()
     env.action_mask = lambda state: np.array([state == 0, True])
-    assert lifted(env).arrays.action_mask.tolist() == [[True, True], [False, True]]
+    assert extracted(env).arrays.action_mask.tolist() == [[True, True], [False, True]]
     env.action_mask = lambda state: [0, state]  # none in state 0: all
-    assert lifted(env).arrays.action_mask.tolist() == [[True, True], [False, True]]
+    assert extracted(env).arrays.action_mask.tolist() == [[True, True], [False, True]]
     env.action_mask = [[1, 1], [0, 1]]  # not asked by state: no mask of this kind
-    assert lifted(env).arrays.action_mask.size == 0
+    assert extracted(env).arrays.action_mask.size == 0
 
 
 class WindyLake(FrozenLakeEnv):
@@ -305,7 +305,7 @@ def test_where_the_table_does_not_tell_all_there_is_none(env: Any) -> None:
 
 
 def test_a_subclass_that_plays_by_its_own_table_is_lifted() -> None:
-    assert summed_outcomes(lifted(OtherLake()), 0, 0) == [(1.0, 15, 7.0, True)]
+    assert summed_outcomes(extracted(OtherLake()), 0, 0) == [(1.0, 15, 7.0, True)]
 
 
 GOOD = (1.0, 0, 0.0, False)
@@ -316,7 +316,7 @@ GOOD = (1.0, 0, 0.0, False)
     [
         (
             {0: SWAP[0]},
-            r"\(s, a\) = \(1, 0\) in P of Told must be a list; got nothing: mend it, or learn with",
+            r"\(s, a\) = \(1, 0\) in P of Told must be a list; got nothing: correct it, or learn with",
         ),
         ({**SWAP, 1: {0: [GOOD]}}, r"\(s, a\) = \(1, 1\) in P of Told must be a list; got nothing"),
         ([[[GOOD], [GOOD]], [[GOOD]]], r"\(s, a\) = \(1, 1\) .* got nothing"),
@@ -351,7 +351,7 @@ def test_malformed_tables_are_refused_by_the_pair(P: Any, message: str) -> None:
     [
         ([1.0], r"initial_state_distrib of Told must be 2 prob.* one for each state; got an array of shape \(1,\)"),
         (1.0, r"2 probabilities, one for each state; got an array of shape \(\)"),
-        ([0.5, 0.6], r"at least 0 and with the sum 1; got \[0\.5 0\.6\]: mend it, or learn with compiled=False"),
+        ([0.5, 0.6], r"at least 0 and with the sum 1; got \[0\.5 0\.6\]: correct it, or learn with compiled=False"),
         ([-1, 2], r"at least 0 and with the sum 1"),
         ([math.nan, 1], r"at least 0 and with the sum 1"),
         ([math.inf, -math.inf], r"at least 0 and with the sum 1"),
@@ -367,7 +367,9 @@ def test_malformed_starts_are_refused(starts: Any, message: str) -> None:
 @pytest.mark.parametrize("mask", [[1], [[1, 1]], [1, 2], [0.5, 1.0], None, ["a", "b"]])
 def test_malformed_masks_are_refused(mask: Any) -> None:
     env = with_attribute(Told(), action_mask=lambda state: mask if state else [1, 1])
-    with pytest.raises(ProblemError, match=r"action_mask\(1\) of Told must be 2 numbers, 1 for .*: mend it, or learn"):
+    with pytest.raises(
+        ProblemError, match=r"action_mask\(1\) of Told must be 2 numbers, 1 for .*: correct it, or learn"
+    ):
         extract_transition_table(env)
 
 
@@ -431,7 +433,7 @@ def test_what_is_learned_reaches_the_optimum(
     epsilon: float,
     stages: dict[float, int],
 ) -> None:
-    mdp = lifted(made(name, **settings))
+    mdp = extracted(made(name, **settings))
     q: Any = initial_q
     for alpha, episodes in stages.items():
         learner = QLearning(mdp.with_time_limit(limit), alpha=alpha, gamma=gamma, epsilon=epsilon, initial_q=q, seed=0)

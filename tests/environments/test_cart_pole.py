@@ -16,9 +16,9 @@ from tuckerl.adapters.resolve import as_problem
 from tuckerl.environments.cart_pole import CartPoleEnv, cart_pole
 from tuckerl.environments.cart_pole_view import CART, GROUND, HEIGHT, POLE, PUSH, SKY, TRACK, WIDTH
 from tuckerl.errors import ParameterError, ParameterTypeError, SpaceError, UnknownNameError
+from tuckerl.problems import dynamics
 from tuckerl.problems.simulator import Simulator, SimulatorArrays
 from tuckerl.rng import seed_sequence, stream
-from tuckerl.training import dynamics
 from tuckerl.types import FloatArray
 
 ID = "tuckerl/CartPole-v0"

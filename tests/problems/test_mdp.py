@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
-from tuckerl.problems.mdp import NO_LIMIT, TabularMDP
+from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.parts import NO_LIMIT
 
 GOOD: dict[str, Any] = {
     "next_state": [[0, 1], [0, 1]],

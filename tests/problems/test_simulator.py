@@ -18,9 +18,9 @@ import tuckerl
 from tuckerl._jit import kernel
 from tuckerl.environments.cart_pole import cart_pole
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, SimulatorError
+from tuckerl.problems import dynamics
 from tuckerl.problems.simulator import Simulator, SimulatorArrays
 from tuckerl.rng import below, seed_sequence, stream, uniform
-from tuckerl.training import dynamics
 from tuckerl.types import FloatArray, Stream
 
 
@@ -338,7 +338,7 @@ def test_faults_are_named_and_every_kernel_ends(changes: dict[str, Any], message
 
 SCRIPT = """
 import sys
-from tuckerl.training import dynamics
+from tuckerl.problems import dynamics, simulator
 from tuckerl.environments.cart_pole import cart_pole
 from tuckerl.problems.simulator import Simulator
 from tuckerl.rng import seed_sequence, stream, uniform
@@ -360,7 +360,7 @@ own = cart_pole().world().arrays
 play(own, stream(seed_sequence(0)))
 users = Simulator(reset, step, index, n_states=2, n_actions=2, state_size=1).world().arrays
 assert play(users, stream(seed_sequence(0))) == (1, 2.5, True)
-hits = sum(dynamics._step_simulator.stats.cache_hits.values())
+hits = sum(simulator._step.stats.cache_hits.values())
 print(hits, own.reset.cache_hits, own.step.cache_hits, own.index.cache_hits)
 """
 

@@ -9,12 +9,12 @@ import pettingzoo
 import pytest
 
 import tuckerl
-from tuckerl.adapters.resolve import Agents, Reading, as_problem
+from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.errors import ParameterError, ProblemError, SavedFileError
 from tuckerl.reports.inspect import inspect_learner, inspection_figures
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, shares_first_place, values
-from tuckerl.reports.inspect.learner import name_of, names_of_actions
 from tuckerl.reports.inspect.summary import learner_lines
+from tuckerl.reports.learner_text import name_of
 from tuckerl.training import learner_file as saved
 
 STEP = tuckerl.TensorStep(every=5, ranks=(3, 2, 3, 1), floor=0.1)
@@ -39,12 +39,12 @@ def test_masks_of_a_learner_reach_the_figures() -> None:
         [[True, True, False], [True, True, True]],
         action_mask=[[True, False, True], [True, True, True]],
     )
-    inside = inspect_learner(tuckerl.QLearning(mdp, alpha=0.5, initial_q=0.1, seed=0, n_agents=2).learn(20))
-    assert inside.allowed.shape == (2, 2, 3)
-    assert not inside.allowed[:, 0, 1].any()
-    assert (~inside.allowed).sum() == 2
-    assert greedy(inside.q, inside.allowed)[:, 0].tolist() == [0, 0]
-    (plain,) = [one for one in inspection_figures(inside) if one.name == "policy"]
+    inspection = inspect_learner(tuckerl.QLearning(mdp, alpha=0.5, initial_q=0.1, seed=0, n_agents=2).learn(20))
+    assert inspection.allowed.shape == (2, 2, 3)
+    assert not inspection.allowed[:, 0, 1].any()
+    assert (~inspection.allowed).sum() == 2
+    assert greedy(inspection.q, inspection.allowed)[:, 0].tolist() == [0, 0]
+    (plain,) = [one for one in inspection_figures(inspection) if one.name == "policy"]
     assert re.search(r"Greedy: 0 in \d", plain.alt)
     assert inspect_learner(tuckerl.Sarsa("FrozenLake-v1", seed=0)).action_mask is None
 
@@ -74,7 +74,7 @@ def test_masks_of_stepped_taxis_are_those_that_were_seen() -> None:
 )
 def test_actions_are_called_as_their_environment_means_them(env: object, names: list[str]) -> None:
     bins = 3 if callable(env) else None
-    assert names_of_actions(as_problem(env, Reading(bins=bins))) == names  # type: ignore[arg-type]  # all are
+    assert list(as_problem(env, AdapterOptions(bins=bins)).action_names) == names  # type: ignore[arg-type]  # all are
 
 
 @pytest.mark.parametrize("env", ["FrozenLake-v1", "CliffWalking-v1"])
@@ -86,19 +86,19 @@ def test_the_names_of_moves_are_where_the_moves_lead(env: str) -> None:
     ways = {"up": -columns, "down": columns, "left": -1, "right": 1}
     state = columns + 1 if env.startswith("Cliff") else 9
     next_state = made.P[state]  # type: ignore[attr-defined]
-    assert [next_state[action][0][1] - state for action in range(4)] == [ways[n] for n in names_of_actions(problem)]
+    assert [next_state[action][0][1] - state for action in range(4)] == [ways[n] for n in problem.action_names]
 
 
 def test_joint_actions_name_every_members_part() -> None:
     made = pettingzoo.make("parallel", "tuckerl/RobotRescue-v0", map=SMALL_RESCUE)
-    names = names_of_actions(as_problem(made, Reading(Agents.JOINT)))
+    names = as_problem(made, AdapterOptions(Agents.JOINT)).action_names
     assert (len(names), names[1], names[5]) == (25, "left, right", "right, left")
 
 
 def test_where_no_start_leads_is_blocked() -> None:
     maze = tuckerl.sutton_maze()
-    inside = inspect_learner(tuckerl.QLearning(maze, seed=0))
-    np.testing.assert_array_equal(inside.walls, maze.walls.ravel())
+    inspection = inspect_learner(tuckerl.QLearning(maze, seed=0))
+    np.testing.assert_array_equal(inspection.walls, maze.walls.ravel())
     cliff = inspect_learner(tuckerl.QLearning("CliffWalking-v1", seed=0))
     assert np.flatnonzero(cliff.walls).tolist() == list(range(37, 47)), "who steps there stands at the start again"
     assert inspect_learner(tuckerl.QLearning("FrozenLake-v1", seed=0)).blocked is None, "one can stand in a hole"
@@ -117,8 +117,10 @@ def test_a_learner_is_all_shown_after_a_file_as_before(tmp_path: Path) -> None:
     assert before.title == after.title == "SarsaLambda with a tensor step on Maze"
     assert before.layout == after.layout == (6, 9)
     assert before.loadings is not None
-    assert before.loadings.first_episode + before.loadings.factors[2].shape[0] - 1 == 100
-    shown = [[(one.name, one.caption, one.alt) for one in inspection_figures(inside)] for inside in (before, after)]
+    assert before.loadings.episode == 100
+    shown = [
+        [(one.name, one.caption, one.alt) for one in inspection_figures(inspection)] for inspection in (before, after)
+    ]
     assert shown[0] == shown[1]
     assert len(shown[0]) >= 6
 

@@ -8,9 +8,22 @@ from pathlib import Path
 import pytest
 
 import tuckerl
+from tests.structure import stub
 
 PACKAGE = Path(tuckerl.__file__).parent
-GROUND = {"errors", "checks", "rng", "_jit", "types", "files", "interrupts", "progress", "_version"}
+GROUND = {
+    "errors",
+    "checks",
+    "rng",
+    "_jit",
+    "types",
+    "files",
+    "interrupts",
+    "intervals",
+    "progress",
+    "registers",
+    "_version",
+}
 LAYERS = (  # from the bottom; those of one line know nothing of each other
     ("tensor",),
     ("problems", "spaces"),
@@ -92,14 +105,7 @@ def test_all_is_what_is_public() -> None:
     assert set(tuckerl.__all__) == set(dir(tuckerl))
     for name in tuckerl.__all__:
         assert getattr(tuckerl, name) is not None
-    # What a name resolves to and what type checkers are told are the same.
-    tree = ast.parse((PACKAGE / "__init__.py").read_text())
-    told = {
-        alias.name: node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names
-    }
-    for name, home in tuckerl._HOMES.items():
-        assert told[name] == f"tuckerl.{home}"
-    assert set(tuckerl._HOMES) | {"__version__", "errors", "testing"} == set(tuckerl.__all__)
+    assert stub.STUB.read_text() == stub.stub_text(), "run `make format`: it writes what type checkers are told"
 
 
 def test_every_public_thing_is_documented() -> None:
@@ -109,7 +115,7 @@ def test_every_public_thing_is_documented() -> None:
 
 def test_an_unknown_attribute_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
-        _ = tuckerl.nothing
+        _ = tuckerl.nothing  # type: ignore[attr-defined]  # that is what is tested
 
 
 def loaded_by(code: str) -> set[str]:
@@ -137,10 +143,17 @@ def test_the_help_is_light() -> None:
     assert not loaded_by(code) & HEAVY
 
 
+LONG = {
+    # One class is one file: what users call, what authors override and what is shown, most of it documentation.
+    "training/learner.py": 600,
+}
+
+
 @pytest.mark.parametrize("source", sources(), ids=lambda s: s.relative_to(PACKAGE).as_posix())
 def test_files_and_functions_stay_small(source: Path) -> None:
     text = source.read_text()
-    assert text.count("\n") <= 350, "a file past 350 lines is more than one idea"
+    longest = LONG.get(source.relative_to(PACKAGE).as_posix(), 350)
+    assert text.count("\n") <= longest, "a file past 350 lines is usually more than one idea"
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef) and node.end_lineno:
             body = node.body[1:] if ast.get_docstring(node) else node.body

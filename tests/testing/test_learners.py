@@ -1,4 +1,4 @@
-"""What usually goes wrong with a learner of one's own is found, and the message says how to mend it."""
+"""What usually goes wrong with a learner of one's own is found, and the message says how to correct it."""
 
 from typing import Any, Self
 

@@ -1,4 +1,4 @@
-"""What usually goes wrong with a simulator or arrays is found, and the message says how to mend it."""
+"""What usually goes wrong with a simulator or arrays is found, and the message says how to correct it."""
 
 import random
 from collections.abc import Callable

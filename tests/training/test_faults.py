@@ -18,7 +18,7 @@ from tests.learners.stepped_worlds import SeededTableEnv, TableEnv
 from tests.learners.worlds import random_mdp
 from tests.training.test_resume import assert_same
 from tuckerl import Callback, DynaH, JointEnv, QLearning, Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ, TensorStep
-from tuckerl.adapters import gymnasium_problem, pettingzoo_problem, resolve
+from tuckerl.adapters import python_problem, resolve
 from tuckerl.errors import EnvironmentFaultError, ObservationError, SimulatorError, StepCapWarning, TableSizeError
 from tuckerl.generalization.change_log import ENTRIES
 from tuckerl.interrupts import interrupts_held_back, is_impatient
@@ -351,7 +351,7 @@ def test_agents_that_catch_up_after_loading_are_followed_as_if_they_had_not_been
 
 @pytest.fixture
 def small_cap(monkeypatch: pytest.MonkeyPatch) -> int:
-    for module in (pettingzoo_problem, resolve, gymnasium_problem):
+    for module in (python_problem, resolve):
         monkeypatch.setattr(module, "STEP_CAP", 25)
     return 25
 

@@ -1,1 +1,1 @@
-"""What makes a problem of somebody else's environment."""
+"""Adapters: they make problems of Gymnasium's and PettingZoo's environments."""

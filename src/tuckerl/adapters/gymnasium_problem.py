@@ -1,4 +1,4 @@
-"""Environments that Python steps: the same compiled kernels play them, through a callback.
+"""Gymnasium environments that Python steps: the compiled loops call them back at every step.
 
 A kernel hands an action to Python and gets one number back: the next state, shifted, and two bits that say whether the
 episode ended and how. So a step costs a fraction of a microsecond on top of the environment's own time, and every
@@ -6,29 +6,32 @@ learner plays every environment.
 """
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-import gymnasium
 import numpy as np
+from numpy.typing import ArrayLike
 
-from tuckerl._jit import python_callback
+from tuckerl._jit import call_python, kernel, python_callback
 from tuckerl.adapters.joint import JointEnv
 from tuckerl.adapters.making import GymEnvironment
-from tuckerl.adapters.masks import MASK, MASK_IS_LATE, MaskReader
-from tuckerl.adapters.python_world import STEP_CAP, YIELD, Environments, PythonWorld
-from tuckerl.errors import ProblemError
+from tuckerl.adapters.masks import MASK, MASK_IS_LATE
+from tuckerl.adapters.python_problem import AgentSpaces, PythonProblem
+from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
+from tuckerl.errors import ObservationError, ProblemError
 from tuckerl.interrupts import is_impatient
-from tuckerl.problems.mdp import Layout
-from tuckerl.spaces.encoder import SpaceEncoder, space_encoder, space_encoder_of_edges
-from tuckerl.types import BoolArray, FloatArray, IntArray
+from tuckerl.problems.dynamics import TERMINATED, TRUNCATED, register_dynamics
+from tuckerl.problems.parts import NO_LIMIT, StateFactor
+from tuckerl.problems.problem import Choose
+from tuckerl.spaces.encoder import SpaceEncoder, digit_names, space_encoder
+from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
 
 Maker = Callable[[], GymEnvironment]
 
 BEGIN_EPISODE = -1
 """What a callback gets instead of an action."""
 STATE_SHIFT = 2
-"""The bits of a callback's answer that lie below the state: TERMINATED and TRUNCATED."""
+"""How many bits of a callback's answer lie below the state: TERMINATED and TRUNCATED."""
 
 _FEW_ACTIONS = 100_000  # decoded once and kept
 
@@ -45,13 +48,63 @@ class GymnasiumArrays(NamedTuple):
     max_episode_steps: int
 
 
-class Edges(NamedTuple):
-    """The edges of all bins of an encoder, as a saved file holds them."""
+@kernel
+def _reset(world: GymnasiumArrays, rng: Stream) -> int:
+    """Return the first state of an episode.
 
-    arrays: tuple[FloatArray, ...]
+    Parameters
+    ----------
+    world : GymnasiumArrays
+        Its status and clock are changed.
+    rng : (4,) uint64
+        The agent's stream; the environment draws from its own.
+    """
+    world.clock[0] = 0.0
+    return _state_of(world, call_python(world.call, BEGIN_EPISODE))
 
 
-class GymnasiumProblem:
+@kernel
+def _step(world: GymnasiumArrays, state: int, action: int, rng: Stream) -> tuple[int, float, bool]:
+    """Return the next state, the reward, and whether the return ends there.
+
+    Parameters
+    ----------
+    world : GymnasiumArrays
+        Its status, clock and truncated are changed.
+    state, action : int
+    rng : (4,) uint64
+        The agent's stream; the environment draws from its own.
+    """
+    world.clock[0] += 1.0
+    answer = call_python(world.call, action)
+    state, reward = _state_of(world, answer), world.reward[0]
+    if world.status[0] == 0 and reward - reward != 0.0:  # 0 for a finite number, NaN for any other
+        world.status[0] = REWARD_IS_NOT_FINITE
+    world.truncated[0] = answer & TRUNCATED > 0
+    return state, reward, answer & TERMINATED > 0
+
+
+@kernel
+def _state_of(world: GymnasiumArrays, answer: int) -> int:
+    """Return the state in a callback's answer; 0 if that is an error's number, or what an uncaught error left there."""
+    state = answer >> STATE_SHIFT
+    if 0 <= state < world.n_states:
+        world.status[0] = 0
+        return state
+    world.status[0] = YIELD if answer == YIELD else FAULT
+    return 0
+
+
+@kernel
+def _is_out_of_time(world: GymnasiumArrays, steps: int) -> bool:
+    """Return whether the environment or the time limit truncates the episode after so many steps."""
+    return world.truncated[0] or steps >= world.max_episode_steps
+
+
+register_dynamics(GymnasiumArrays, reset=_reset, step=_step, is_out_of_time=_is_out_of_time, must_return=must_return)
+
+
+class GymnasiumProblem(PythonProblem):
     """A Gymnasium environment whose spaces are numbered.
 
     Parameters
@@ -65,7 +118,14 @@ class GymnasiumProblem:
     bins
         How a Box is cut into bins; see :func:`tuckerl.spaces.encoder.space_encoder`.
     max_episode_steps : int, optional
-        An episode is truncated after as many steps. Default: the environment's own business, and `STEP_CAP`.
+        An episode is truncated after as many steps. Default: when the environment says so, and after `STEP_CAP`.
+    heuristic : (n_states,) float, optional
+        What ``DynaH`` uses by default.
+
+    Attributes
+    ----------
+    agents : tuple
+        Those of a :class:`~tuckerl.JointEnv`, whose observations and actions the joint ones are made of.
 
     Raises
     ------
@@ -75,10 +135,7 @@ class GymnasiumProblem:
         If the environment does not begin.
     """
 
-    shares_world = False
-    heuristic: FloatArray | None = None
-    id: str | None = None
-    """The id by which it can be made again; None where an instance or a callable was given."""
+    kind = "gymnasium"
 
     def __init__(
         self,
@@ -88,30 +145,29 @@ class GymnasiumProblem:
         *,
         bins: Any = None,
         max_episode_steps: int | None = None,
+        heuristic: ArrayLike | None = None,
     ) -> None:
-        self.source, self._environments = source, Environments(env, source, make)
-        self.read = MaskReader(env.observation_space, env.action_space)
-        self.actions: SpaceEncoder = space_encoder(
-            env.action_space, what="action"
-        )  # first: no bins can mend continuous actions
-        self.observations: SpaceEncoder = observation_encoder(self.read.observation_space, bins)
-        self.n_states, self.n_actions = self.observations.n, self.actions.n
-        self.layout: Layout | None = self.observations.layout
-        joint = env.unwrapped if isinstance(env.unwrapped, JointEnv) else None
-        self.agents: tuple[Any, ...] = tuple(joint.possible_agents) if joint else ()
-        """The agents of whose observations and actions those of a joint environment are made."""
-        self.agent_readers = tuple(joint.readers.values()) if joint else ()
-        parts: Any = joint.action_space if joint else (env.action_space,)
-        self.action_sizes = tuple(space_encoder(part, what="action").n for part in parts)
-        self.max_episode_steps = max_episode_steps or STEP_CAP
-        self.is_capped = max_episode_steps is None
-        self.has_masks = self._environments.try_out(self._look)
+        spaces = AgentSpaces(env.observation_space, env.action_space, bins)
+        self._readers = env.unwrapped.readers if isinstance(env.unwrapped, JointEnv) else {}
+        self.agents = tuple(self._readers)
+        parts: Any = env.action_space if self.agents else (env.action_space,)
+        super().__init__(
+            env,
+            source,
+            make,
+            [spaces],
+            action_sizes=tuple(space_encoder(part, what="action").n for part in parts),
+            max_episode_steps=max_episode_steps,
+            heuristic=heuristic,
+            layout=spaces.observations.layout,
+        )
 
-    def _look(self, observation: Any, info: Any) -> bool:
-        """Try to number the first observation; return whether there is a mask."""
-        part, mask = self.read(observation, info)
-        self.observations.encode(part)
-        return mask is not None
+    @property
+    def state_factors(self) -> tuple[StateFactor, ...]:
+        """The digits of an observation's number, those of a joint one named by their agents."""
+        named = zip(self.agents, self.spaces[0].observations.parts if self.agents else (), strict=True)
+        digits = [pair for agent, part in named for pair in zip(digit_names(part, str(agent)), part.sizes, strict=True)]
+        return tuple(StateFactor(*pair) for pair in digits) or super().state_factors
 
     def world(self) -> "GymnasiumWorld":
         """Return a world of its own for one agent.
@@ -121,24 +177,32 @@ class GymnasiumProblem:
         ProblemError
             If the environment cannot be copied.
         """
-        return GymnasiumWorld(self, self._environments.take())
+        return GymnasiumWorld(self, self._copies.take())
 
-    def __repr__(self) -> str:
-        return (
-            f"GymnasiumProblem({self.source}, {self.n_states} states, {self.n_actions} actions, "
-            f"max_episode_steps={self.max_episode_steps})"
-        )
+    def decide(self, observation: Any, choose: Choose) -> Any:
+        """Return the action that is chosen for an observation, or those for a batch; see `Problem.decide`.
 
+        Agents of a joint environment may give a dict by agent instead of a tuple, and get one.
 
-def observation_encoder(space: gymnasium.Space[Any], bins: Any, *, what: str = "observation") -> SpaceEncoder:
-    """Return the encoder of observations for bins as users give them, or for edges as files hold them."""
-    if isinstance(bins, Edges):
-        return space_encoder_of_edges(space, bins.arrays, what=what)
-    return space_encoder(space, bins, what=what)
+        Raises
+        ------
+        ObservationError
+            If an observation is none of the environment's, or an agent's is missing.
+        """
+        if not (self.agents and isinstance(observation, Mapping)):
+            return self.spaces[0].decide(observation, 0, choose)
+        missing = [name for name in self.agents if name not in observation]
+        if missing:
+            raise ObservationError(
+                f"observations must have one of each agent, {', '.join(map(str, self.agents))}; {missing[0]} has none: "
+                "for one that has left, give its last"
+            )
+        joint = tuple(reader.part(observation[name]) for name, reader in self._readers.items())
+        return dict(zip(self.agents, self.spaces[0].decide(joint, 0, choose), strict=True))
 
 
 class GymnasiumWorld(PythonWorld):
-    """One agent's environment, and the callback by which kernels step it."""
+    """One agent's copy of an environment, and the callback by which kernels step it."""
 
     def __init__(self, problem: GymnasiumProblem, env: GymEnvironment) -> None:
         super().__init__(problem.source, env)
@@ -152,17 +216,17 @@ class GymnasiumWorld(PythonWorld):
             status=np.zeros(1, dtype=np.int64),
             clock=np.zeros(1),
             n_states=problem.n_states,
-            max_episode_steps=problem.max_episode_steps,
+            max_episode_steps=problem.max_episode_steps or NO_LIMIT,
         )
         shape = (problem.n_states, problem.n_actions) if problem.has_masks else (0, 0)
         self.action_masks = (np.ones(shape, dtype=np.bool_),)
 
     def _caller(self) -> Callable[[int], int]:
         """Return the callback, with all that it needs at hand."""
-        step, reward_of, read = self.env.step, self._reward, self.problem.read
-        encode, reads = self.problem.observations.encode, self.problem.has_masks
-        coded = self.problem.actions
-        actions: Any = [coded.decode(a) for a in range(coded.n)] if coded.n <= _FEW_ACTIONS else _Decoded(coded)
+        step, reward_of, spaces, reads = self.env.step, self._reward, self.problem.spaces[0], self.problem.has_masks
+        read, encode, n = spaces.read, spaces.observations.encode, spaces.actions.n
+        few = n <= _FEW_ACTIONS
+        actions: Any = [spaces.actions.decode(a) for a in range(n)] if few else _Decoded(spaces.actions)
 
         def call(action: int) -> int:
             try:
@@ -179,7 +243,7 @@ class GymnasiumWorld(PythonWorld):
                     if info and info.get(MASK) is not None:
                         raise ProblemError(MASK_IS_LATE)
                     state = encode(observation)
-                return state << 2 | (1 if terminated else 0) | (2 if truncated else 0)
+                return state << STATE_SHIFT | (TERMINATED if terminated else 0) | (TRUNCATED if truncated else 0)
             except BaseException as error:  # noqa: BLE001  # raised again when the kernel has returned
                 return self.fail(error)
 
@@ -190,8 +254,7 @@ class GymnasiumWorld(PythonWorld):
             return YIELD
         observation, info = self.seeds.reset()
         self.arrays.truncated[0] = False
-        observation, mask = self.problem.read(observation, info)
-        state = self.problem.observations.encode(observation)
+        state, mask = self.problem.spaces[0].encode(observation, info)
         self._note_mask(state, mask)
         return state << STATE_SHIFT
 

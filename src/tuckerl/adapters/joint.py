@@ -1,6 +1,6 @@
 """A PettingZoo parallel environment as one Gymnasium environment over joint observations and joint actions.
 
-The way back is :mod:`tuckerl.adapters.split`.
+The inverse is :mod:`tuckerl.adapters.split`.
 """
 
 import copy
@@ -46,7 +46,7 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
     observation_space, action_space : gymnasium.spaces.Tuple
         Of the agents' spaces; where an observation holds an action mask, of the part beside it.
     readers : dict of MaskReader by agent
-        What takes apart the agents' observations.
+        Separate the agents' observations from their masks.
 
     Raises
     ------
@@ -59,10 +59,10 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
 
     Notes
     -----
-    ``info`` holds ``"infos"``, a dict of what each agent was told, and, if any agent has an action mask,
+    ``info`` holds ``"infos"``, a dict of the agents' own infos, and, if any agent has an action mask,
     ``"action_mask"``, a tuple of (A_agent,) int8 arrays as ``action_space.sample(mask=...)`` takes it, None for an
-    agent that gave none. An agent that has left may only take its first action, so that nothing is learned of the
-    others. When the last agents are truncated their masks stay, because learners may still bootstrap from there.
+    agent that gave none. An agent that has left may only take its first action, so that the values of its other actions
+    do not change. When the last agents are truncated their masks stay, because learners may still bootstrap from there.
 
     ``reset`` passes seed and options on. ``np_random`` is seeded as Gymnasium asks; nothing is drawn from it.
 
@@ -205,8 +205,8 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
         return tuple(_fresh(self._seen[agent]) for agent in self.possible_agents)
 
     def _info(self, infos: Mapping[Any, Any], choosers: Sequence[Any]) -> dict[str, Any]:
-        """Return what the agents were told, and the masks: only the `choosers` have more than one action."""
-        info: dict[str, Any] = {INFOS: {agent: copy.copy(told) for agent, told in infos.items()}}
+        """Return the agents' infos and masks: only the `choosers` have more than one action."""
+        info: dict[str, Any] = {INFOS: {agent: copy.copy(own) for agent, own in infos.items()}}
         if self._widths:
             info[MASK] = tuple(self._mask(agent, agent in choosers) for agent in self.possible_agents)
         return info
@@ -239,6 +239,12 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
 def _fresh(observation: Any) -> Any:
     """Return a copy: Gymnasium's users keep what they observed, PettingZoo's environments may reuse it."""
     return observation if isinstance(observation, (int, np.generic)) else copy.deepcopy(observation)
+
+
+def innermost(env: Any) -> Any:
+    """Return an environment without its wrappers; of a joint one, the parallel environment in it."""
+    inner = env.unwrapped
+    return inner.env.unwrapped if isinstance(inner, JointEnv) else inner
 
 
 def agents_of(env: Any) -> list[Any]:

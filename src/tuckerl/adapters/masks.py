@@ -1,4 +1,4 @@
-"""Action masks as environments give them, read in one place.
+"""Reads action masks in all the forms in which environments give them.
 
 Gymnasium's environments put a mask into ``info["action_mask"]``, as ``Taxi`` does. PettingZoo's put it there, or into
 the observation: ``{"observation": ..., "action_mask": ...}`` in a ``Dict`` space of exactly these keys. A mask has one
@@ -25,14 +25,14 @@ _KEYS = {"observation", MASK}
 
 
 def observation_part(space: Space[Any]) -> Space[Any]:
-    """Return the space of what is observed: the part beside the mask if there is one, else `space` itself."""
+    """Return the space of observations without the mask that may be part of them."""
     if isinstance(space, spaces.Dict) and set(space.spaces) == _KEYS:
         return space["observation"]
     return space
 
 
 class MaskReader:
-    """Takes apart what an environment returns for one chooser of actions: what is observed, and what may be done.
+    """Separates what an environment returns into the observation and the action mask.
 
     Parameters
     ----------

@@ -7,25 +7,19 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tuckerl._jit import call_python, kernel, python_callback
-from tuckerl.adapters.gymnasium_problem import Edges, observation_encoder
 from tuckerl.adapters.joint import agents_of
-from tuckerl.adapters.masks import MASK_IS_LATE, MaskReader
-from tuckerl.adapters.python_world import (
-    FAULT,
-    REWARD_IS_NOT_FINITE,
-    STEP_CAP,
-    TERMINATED,
-    TRUNCATED,
-    YIELD,
-    Environments,
-    PythonWorld,
-)
-from tuckerl.errors import ProblemError
+from tuckerl.adapters.masks import MASK_IS_LATE, observation_part
+from tuckerl.adapters.python_problem import AgentSpaces, Edges, PythonProblem
+from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
+from tuckerl.errors import ObservationError, ParameterError, ProblemError
 from tuckerl.interrupts import is_impatient
-from tuckerl.problems.mdp import Layout
-from tuckerl.spaces.encoder import SpaceEncoder, n_dimensions, space_encoder
+from tuckerl.problems.dynamics import TERMINATED, TRUNCATED, register_shared_dynamics
+from tuckerl.problems.parts import NO_LIMIT
+from tuckerl.problems.problem import Choose
+from tuckerl.spaces.encoder import n_dimensions
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 _BEGIN, _STEP = 0, 1
@@ -47,8 +41,15 @@ class PettingZooArrays(NamedTuple):
 
 
 @kernel
-def step_together(world: PettingZooArrays, begin: bool) -> None:
-    """Begin an episode, or take a step with all agents' actions."""
+def _step_together(world: PettingZooArrays, begin: bool) -> None:
+    """Begin an episode, or take a step with all agents' actions.
+
+    Parameters
+    ----------
+    world : PettingZooArrays
+        All of its arrays but `action` are changed.
+    begin : bool
+    """
     world.clock[0] = 0.0 if begin else world.clock[0] + 1.0
     for agent in range(world.state.size):
         world.before[agent] = world.state[agent]
@@ -62,17 +63,29 @@ def step_together(world: PettingZooArrays, begin: bool) -> None:
         world.status[0] = YIELD if code == YIELD else FAULT
 
 
-class EdgesOfAgents(NamedTuple):
-    """The edges of all bins of all agents' encoders, as a saved file holds them."""
-
-    by_place: tuple[Edges, ...]
+register_shared_dynamics(PettingZooArrays, step_together=_step_together, must_return=must_return)
 
 
-class PettingZooProblem:
+class PettingZooProblem(PythonProblem):
     """A PettingZoo parallel environment in which every agent has a table of its own.
 
     Agents with fewer observations or actions than others have tables as large as the others', of which they use a
-    part. `bins` are the same for all agents that see a Box, or by agent.
+    part.
+
+    Parameters
+    ----------
+    env : pettingzoo.ParallelEnv
+        The first world plays this one.
+    source : str
+        What it is called in messages.
+    make : callable, optional
+        Makes one more; by default it is copied.
+    bins
+        The same for all agents that see a Box, or by agent; see :func:`tuckerl.spaces.encoder.space_encoder`.
+    max_episode_steps : int, optional
+        An episode is truncated after as many steps. Default: when the environment says so, and after `STEP_CAP`.
+    heuristic : (n_states,) float, optional
+        What ``DynaH`` uses by default.
 
     Raises
     ------
@@ -82,11 +95,8 @@ class PettingZooProblem:
         If the environment does not begin.
     """
 
+    kind = "pettingzoo"
     shares_world = True
-    heuristic: FloatArray | None = None
-    id: str | None = None
-    """The id by which it can be made again; None where an instance or a callable was given."""
-    layout: Layout | None = None
 
     def __init__(
         self,
@@ -96,37 +106,41 @@ class PettingZooProblem:
         *,
         bins: Any = None,
         max_episode_steps: int | None = None,
+        heuristic: ArrayLike | None = None,
     ) -> None:
-        self.source, self._environments = source, Environments(env, source, make)
-        self.agents: tuple[Any, ...] = tuple(agents_of(env))
-        self.readers = tuple(MaskReader(env.observation_space(p), env.action_space(p)) for p in self.agents)
-        own_bins = _bins_of_agents(bins, self.agents, self.readers)
-        self.observations: tuple[SpaceEncoder, ...] = tuple(
-            observation_encoder(reader.observation_space, own, what=f"observation of {agent}")
-            for agent, reader, own in zip(self.agents, self.readers, own_bins, strict=True)
-        )
-        self.actions: tuple[SpaceEncoder, ...] = tuple(
-            space_encoder(env.action_space(agent), what=f"action of {agent}") for agent in self.agents
-        )
-        self.n_states = max(own.n for own in self.observations)
-        self.n_actions = max(own.n for own in self.actions)
-        kinds = {(seen.sizes, done.sizes) for seen, done in zip(self.observations, self.actions, strict=True)}
-        self.are_equal = len(kinds) == 1
-        self.action_sizes = (self.n_actions,)
-        self.max_episode_steps = max_episode_steps or STEP_CAP
-        self.is_capped = max_episode_steps is None
-        has_masks = self._environments.try_out(self._look)
-        self.has_masks = has_masks or len({own.n for own in self.actions}) > 1
+        self.agents = tuple(agents_of(env))
+        own_bins = _bins_of_agents(bins, self.agents, env)
+        spaces = [
+            AgentSpaces(env.observation_space(agent), env.action_space(agent), own, agent, place)
+            for place, (agent, own) in enumerate(zip(self.agents, own_bins, strict=True))
+        ]
+        sizes = {(own.observations.sizes, own.actions.sizes) for own in spaces}
+        self.has_equal_spaces = len(sizes) == 1
+        super().__init__(env, source, make, spaces, max_episode_steps=max_episode_steps, heuristic=heuristic)
+        # An agent with fewer actions than others may not take those beyond.
+        self.has_masks = self.has_masks or len({own.actions.n for own in spaces}) > 1
 
-    def _look(self, observations: Any, infos: Any) -> bool:
-        """Try to number the first observations; return whether there are masks."""
-        masks = []
-        for agent, observation in observations.items():
-            place = self.agents.index(agent)
-            part, mask = self.readers[place](observation, infos.get(agent) or {})
-            self.observations[place].encode(part)
-            masks.append(mask)
+    def _look(self, observation: Any, info: Any) -> bool:
+        masks = [
+            self.spaces[self.agents.index(agent)].encode(own, info.get(agent) or {})[1]
+            for agent, own in observation.items()
+        ]
         return any(mask is not None for mask in masks)
+
+    def n_tables(self, n_agents: int) -> int:
+        """Return the number of the environment's agents.
+
+        Raises
+        ------
+        ParameterError
+            If `n_agents` is not 1.
+        """
+        if n_agents != 1:
+            raise ParameterError(
+                f"n_agents must stay 1 where each of the environment's {len(self.agents)} agents has a table; "
+                f"got {n_agents}"
+            )
+        return len(self.agents)
 
     def world(self) -> "PettingZooWorld":
         """Return a world for all agents.
@@ -136,25 +150,40 @@ class PettingZooProblem:
         ProblemError
             If the environment cannot be copied.
         """
-        return PettingZooWorld(self, self._environments.take())
+        return PettingZooWorld(self, self._copies.take())
+
+    def decide(self, observation: Any, choose: Choose) -> Any:
+        """Return by agent the actions that are chosen for a dict of observations; see `Problem.decide`.
+
+        Raises
+        ------
+        ObservationError
+            If they are no such dict, or one is none of the environment's.
+        """
+        if not isinstance(observation, Mapping) or not set(observation) <= set(self.agents):
+            raise ObservationError(
+                f"observations must be a dict by agent, of {', '.join(map(str, self.agents))}; got {observation!r}"
+            )
+        places = {agent: self.agents.index(agent) for agent in observation}
+        return {agent: self.spaces[i].decide(observation[agent], i, choose) for agent, i in places.items()}
+
+    def describe(self) -> str:
+        """Return in a part of a sentence how the problem is played, and its sizes."""
+        return f"{super().describe()}; each of its {len(self.agents)} agents has a table of its own"
 
     def __repr__(self) -> str:
-        return (
-            f"PettingZooProblem({self.source}, {len(self.agents)} agents, {self.n_states} states, {self.n_actions} "
-            f"actions, max_episode_steps={self.max_episode_steps})"
-        )
+        return super().__repr__().replace(", ", f", {len(self.agents)} agents, ", 1)
 
 
-def _bins_of_agents(bins: Any, agents: Sequence[Any], readers: Sequence[MaskReader]) -> Sequence[Any]:
+def _bins_of_agents(bins: Any, agents: Sequence[Any], env: Any) -> Sequence[Any]:
     """Return each agent's bins: its own where they are by agent, else the same for all that see a Box."""
-    if isinstance(bins, EdgesOfAgents):
-        return bins.by_place
+    if isinstance(bins, Edges):
+        return [bins] * len(agents)
     if isinstance(bins, Mapping) and bins.keys() <= set(agents):
         return [bins.get(agent) for agent in agents]
-    sees_box = [n_dimensions(reader.observation_space) > 0 for reader in readers]
-    return [
-        bins if own or not any(sees_box) else None for own in sees_box
-    ]  # without any, the encoder says what is wrong
+    sees_box = [n_dimensions(observation_part(env.observation_space(agent))) > 0 for agent in agents]
+    # Where nobody sees a Box, everybody gets the bins, so that the encoder says what is wrong with them.
+    return [bins if own or not any(sees_box) else None for own in sees_box]
 
 
 class PettingZooWorld(PythonWorld):
@@ -175,14 +204,13 @@ class PettingZooWorld(PythonWorld):
             playing=np.zeros(n, dtype=np.bool_),
             status=np.zeros(1, dtype=np.int64),
             clock=np.zeros(1),
-            max_episode_steps=problem.max_episode_steps,
+            max_episode_steps=problem.max_episode_steps or NO_LIMIT,
         )
         shape = (problem.n_states, problem.n_actions) if problem.has_masks else (0, 0)
         tables = tuple(np.ones(shape, dtype=np.bool_) for _ in problem.agents)
         if problem.has_masks:
-            for table, actions in zip(tables, problem.actions, strict=True):
-                if actions.n < problem.n_actions:
-                    table[:, actions.n :] = False
+            for table, own in zip(tables, problem.spaces, strict=True):
+                table[:, own.actions.n :] = False
         self.action_masks = tables
 
     def _call(self, what: int) -> int:
@@ -210,9 +238,9 @@ class PettingZooWorld(PythonWorld):
         return 0
 
     def _step(self) -> None:
-        arrays, actions = self.arrays, self.problem.actions
+        arrays, spaces = self.arrays, self.problem.spaces
         chosen = {
-            agent: actions[place].decode(int(arrays.action[place]))
+            agent: spaces[place].actions.decode(int(arrays.action[place]))
             for agent, place in self._places.items()
             if arrays.playing[place]
         }
@@ -230,10 +258,10 @@ class PettingZooWorld(PythonWorld):
 
     def _note(self, agent: Any, observation: Any, info: Any) -> None:
         place = self._places[agent]
-        part, mask = self.problem.readers[place](observation, info)
-        state = self.problem.observations[place].encode(part)
+        spaces = self.problem.spaces[place]
+        state, mask = spaces.encode(observation, info)
         self.arrays.state[place] = state
         if self.problem.has_masks:
-            self.action_masks[place][state, : self.problem.actions[place].n] = True if mask is None else mask
+            self.action_masks[place][state, : spaces.actions.n] = True if mask is None else mask
         elif mask is not None:
             raise ProblemError(MASK_IS_LATE)

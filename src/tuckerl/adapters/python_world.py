@@ -1,4 +1,4 @@
-"""What all environments that Python steps have in common: copies for several agents, faults, time, and seeds."""
+"""What all environments that Python steps have in common: copies for several agents, errors, time, and seeds."""
 
 import copy
 import math
@@ -8,40 +8,48 @@ from typing import Any
 
 import numpy as np
 
+from tuckerl._jit import kernel
 from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.errors import EnvironmentFaultError, ObservationError, ProblemError
+from tuckerl.problems.dynamics import WorldArrays
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child
-
-STEP_CAP = 100_000
-"""Steps after which an episode is cut off where neither the environment nor the user has set a limit."""
-
-TERMINATED, TRUNCATED = 1, 2
-"""How an environment ends an episode by itself: with the return, or without."""
 
 FAULT, YIELD, REWARD_IS_NOT_FINITE = -1, -2, -3
 """Why a kernel must return: an error was raised, it is time, a reward cannot be learned from."""
 
 
-class Environments:
+@kernel
+def must_return(world: WorldArrays) -> bool:
+    """Return whether the callback has asked the kernel to return.
+
+    Parameters
+    ----------
+    world : NamedTuple
+        With ``status``, (1,) int64: 0, or one of `FAULT`, `YIELD` and `REWARD_IS_NOT_FINITE`.
+    """
+    return world.status[0] < 0
+
+
+class EnvironmentCopies:
     """The environments of one problem: the one that was given, then others like it.
 
     Parameters
     ----------
-    env
-        The first.
+    first
+        The one that was given.
     source : str
         What it is called in messages.
     make : callable, optional
         Makes one more; by default the first one is copied.
     """
 
-    def __init__(self, env: Any, source: str, make: Callable[[], Any] | None) -> None:
-        self.first, self.source, self._make = env, source, make
+    def __init__(self, first: Any, source: str, make: Callable[[], Any] | None) -> None:
+        self.first, self.source, self._make = first, source, make
         self._is_taken = False
 
     def take(self) -> Any:
-        """Return an environment that nobody else has.
+        """Return an environment that nobody else has: the first one to the first caller.
 
         Raises
         ------
@@ -51,6 +59,16 @@ class Environments:
         if not self._is_taken:
             self._is_taken = True
             return self.first
+        return self.another()
+
+    def another(self) -> Any:
+        """Return a new environment like the first.
+
+        Raises
+        ------
+        ProblemError
+            If it cannot be copied.
+        """
         if self._make is not None:
             return self._make()
         try:
@@ -90,30 +108,30 @@ class PythonWorld(World):
         self._deadline = math.inf
 
     def fail(self, error: BaseException) -> int:
-        """Keep an error for `raise_pending` and return what tells the kernel of it."""
+        """Keep an error for `raise_pending`; return the callback's answer that makes the kernel return."""
         self._error = error
         return FAULT
 
     @property
     def is_late(self) -> bool:
-        """Whether no further episode should begin now."""
+        """Whether the deadline has passed, so that no further episode should begin."""
         return time.monotonic() > self._deadline
 
     def seed(self, sequence: np.random.SeedSequence) -> None:
-        """Take the environment's seeds from `sequence`."""
+        """Seed the environment's resets from `sequence`."""
         self.seeds.sequence = child(sequence, 0)
 
     def set_deadline(self, seconds: float) -> None:
-        """Let the next kernel return at the first end of an episode after so many seconds."""
+        """Make the next kernel return at the first end of an episode after so many seconds."""
         self._deadline = time.monotonic() + seconds
 
     def raise_pending(self) -> None:
-        """Raise what the environment raised, and forget it: the next episode begins anew.
+        """Raise the error that made the latest kernel return, if any, and forget it: a new episode can begin.
 
         Raises
         ------
         EnvironmentFaultError
-            If it raised an error, or paid a reward that is no finite number; it names step, episode and seed.
+            If the environment raised an error, or paid a reward that is not finite; it names step, episode and seed.
         """
         status, self.arrays.status[0] = self.arrays.status[0], 0
         error, self._error = self._error, None
@@ -122,7 +140,7 @@ class PythonWorld(World):
         if error is not None and not isinstance(error, Exception):  # KeyboardInterrupt, SystemExit and their like
             raise error
         what = f"failed ({type(error).__name__}: {error})"
-        if error is None:  # it came at the callback's door, from a signal's handler for one, and Python has printed it
+        if error is None:  # raised before the callback's first line, by a signal's handler say; Python has printed it
             what = "was broken off by an error that is printed above"
         if status == REWARD_IS_NOT_FINITE:
             what = f"paid a reward that is not finite ({', '.join(map(str, self.arrays.reward))})"

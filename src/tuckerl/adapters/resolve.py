@@ -13,17 +13,15 @@ from pettingzoo.utils import BaseParallelWrapper
 
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.adapters.joint import JointEnv
-from tuckerl.adapters.making import GymEnvironment, Made, make_environment
+from tuckerl.adapters.making import GymEnvironment, Made, maker_of, name_of
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.python_world import STEP_CAP
+from tuckerl.adapters.python_problem import STEP_CAP
 from tuckerl.adapters.transition_tables import extract_transition_table
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.simulator import Simulator
+from tuckerl.problems.problem import Problem
 
-Problem = TabularMDP | Simulator | GymnasiumProblem | PettingZooProblem
-PROBLEMS = (TabularMDP, Simulator, GymnasiumProblem, PettingZooProblem)
 Environment = str | Made | Callable[[], Made] | Problem | Maze
 
 # Wrappers that leave observations, rewards and ends as they are (but for the time limit, which is taken over).
@@ -38,8 +36,8 @@ class Agents(Enum):
 
 
 @dataclass(frozen=True)
-class Reading:
-    """How an environment is to be read.
+class AdapterOptions:
+    """How a problem is made of an environment.
 
     Parameters
     ----------
@@ -50,7 +48,8 @@ class Reading:
         Whether an environment whose transition table can be extracted is played from it, in compiled code; True refuses
         one where it cannot be.
     reward : str
-        A team's: the ``"mean"`` or the ``"sum"`` of its agents' rewards, or one agent's, by its name.
+        What joint actions are paid: the ``"mean"`` or the ``"sum"`` of the agents' rewards, or one agent's, by its
+        name.
     """
 
     agents: Agents = Agents.INDEPENDENT
@@ -59,20 +58,21 @@ class Reading:
     reward: str = "mean"
 
 
-def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it is frozen
-    """Return what kernels play of `env`.
+def as_problem(env: Environment, options: AdapterOptions = AdapterOptions()) -> Problem:  # it is frozen
+    """Return the problem that kernels play for an environment.
 
-    A problem of this library is played as it is. An environment is *lifted* into arrays or compiled functions where it
-    carries its own: as an attribute ``mdp`` or ``simulator``, or, as Gymnasium's toy-text environments do, as ``P``
-    with ``initial_state_distrib``. Only wrappers that change nothing may stand around it: Gymnasium's checker, its
-    order enforcer and its time limit, which is taken over. Every other environment is stepped in Python.
+    A problem of this library is played as it is. Of an environment that carries its transitions, these are extracted
+    and played in compiled code: a :class:`TabularMDP` in its attribute ``mdp``, a :class:`Simulator` in ``simulator``,
+    or, as in Gymnasium's toy-text environments, a table ``P`` with ``initial_state_distrib``. Only wrappers that change
+    nothing may stand around it: Gymnasium's checker, its order enforcer and its time limit, which is taken over. Every
+    other environment is stepped in Python.
 
     Parameters
     ----------
     env
         A :class:`TabularMDP`, a :class:`Simulator`, a :class:`Maze`; or a Gymnasium environment or a PettingZoo
         parallel environment: by id (Gymnasium's, else PettingZoo's), as an instance, or as a callable that makes one.
-    reading : Reading
+    options : AdapterOptions
 
     Raises
     ------
@@ -85,31 +85,23 @@ def as_problem(env: Environment, reading: Reading = Reading()) -> Problem:  # it
     ProblemError
         If it does not begin, or its joint actions do not belong to its agents.
     """
-    check_compiled(reading.compiled)
-    if isinstance(env, (*PROBLEMS, Maze)):
-        if reading.bins is not None:
-            raise ParameterError(f"bins are for environments whose observations are a Box; {env!r} has states already")
-        if not isinstance(env, (GymnasiumProblem, PettingZooProblem)):  # these may have been read with it
-            _refuse_reward(reading, f"a {type(env).__name__}")
-        return _maze_table(env) if isinstance(env, Maze) else env
-    if isinstance(env, str):
-        problem = _read(make_environment(env), env, lambda: make_environment(env), reading)
-        if isinstance(problem, (GymnasiumProblem, PettingZooProblem)):
-            problem.id = env
-        return problem
-    if isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
-        return _read(env, _name_of(env), None, reading)
-    if callable(env):
-        made = env()
-        if not isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
+    check_compiled(options.compiled)
+    if isinstance(env, (Problem, Maze)):
+        return _own_problem(env, options)
+    make = maker_of(env)
+    made: Any = env if make is None else make()
+    if not isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
+        if make is not None:
             raise ParameterTypeError(
                 f"the callable must make a Gymnasium environment or a PettingZoo parallel environment; it made {made!r}"
             )
-        return _read(made, _name_of(made), env, reading)
-    raise ParameterTypeError(
-        f"env must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that makes "
-        f"one, a TabularMDP, a Simulator or a Maze; got {env!r}"
-    )
+        raise ParameterTypeError(
+            "env must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that "
+            f"makes one, a TabularMDP, a Simulator or a Maze; got {env!r}"
+        )
+    if isinstance(env, str):
+        return _adapted(made, env, make, options).with_source(env, id=env)
+    return _adapted(made, name_of(made), make, options)
 
 
 def check_compiled(value: object) -> str | bool:
@@ -127,56 +119,46 @@ def check_compiled(value: object) -> str | bool:
     raise ParameterTypeError(f"compiled must be 'auto', True or False; got {value!r}")
 
 
-def _refuse_compiled(reading: Reading, source: str) -> None:
-    if reading.compiled is True:
-        raise ProblemError(
-            f"no transition table can be extracted from {source}, so it cannot be compiled: leave compiled at 'auto', "
-            "which steps it in Python"
-        )
+def _own_problem(env: Problem | Maze, options: AdapterOptions) -> Problem:
+    """Return one of this library's problems, which takes no options."""
+    _refuse_bins(options, repr(env))
+    if isinstance(env, Problem) and not env.is_compiled:  # it may have been made with this reward
+        return env
+    _refuse_reward(options, f"a {type(env).__name__}")
+    return env.to_mdp().with_source(type(env).__name__) if isinstance(env, Maze) else env
 
 
-def _maze_table(maze: Maze) -> TabularMDP:
-    table = maze.to_mdp()
-    table.source = type(maze).__name__
-    return table
-
-
-def _name_of(env: Any) -> str:
-    specification = getattr(env, "spec", None)
-    return str(getattr(specification, "id", None) or type(env.unwrapped).__name__)
-
-
-def _read(env: Any, source: str, make: Callable[[], Any] | None, reading: Reading) -> Problem:
-    """Read an environment; one that was made here and whose transitions were taken, or that is refused, is closed."""
+def _adapted(env: Any, source: str, make: Callable[[], Any] | None, options: AdapterOptions) -> Problem:
+    """Return the problem of an environment; one that was made here is closed if it isn't stepped itself."""
     problem = None
     try:
         if isinstance(env, gymnasium.Env):
-            _refuse_reward(reading, source)
-            problem = _read_single(env, source, make, reading)
+            _refuse_reward(options, source)
+            problem = _adapted_single(env, source, make, options)
         else:
-            problem = _read_parallel(env, source, make, reading)
+            problem = _adapted_parallel(env, source, make, options)
     finally:
-        if make is not None and not isinstance(problem, (GymnasiumProblem, PettingZooProblem)):
+        if make is not None and (problem is None or problem.is_compiled):
             env.close()
     return problem
 
 
-def _read_parallel(env: Any, source: str, make: Callable[[], Any] | None, reading: Reading) -> Problem:
-    if reading.agents is Agents.INDEPENDENT:
-        _refuse_compiled(reading, source)
-        return PettingZooProblem(env, source, make, bins=reading.bins)
+def _adapted_parallel(env: Any, source: str, make: Callable[[], Any] | None, options: AdapterOptions) -> Problem:
+    if options.agents is Agents.INDEPENDENT:
+        _refuse_compiled(options, source)
+        return PettingZooProblem(env, source, make, bins=options.bins)
     # The joint transitions pay the mean.
-    table = _joint_table(env) if reading.compiled and reading.reward == "mean" else None
+    table = _joint_table(env) if options.compiled and options.reward == "mean" else None
     if table is not None:
-        _refuse_bins(reading, source)
+        _refuse_bins(options, source)
         return _limited(table, table.max_episode_steps, source)
-    _refuse_compiled(reading, source)
-    others = None if make is None else lambda: JointEnv(make(), reading.reward)
-    return GymnasiumProblem(JointEnv(env, reading.reward), source, others, bins=reading.bins)
+    _refuse_compiled(options, source)
+    others = None if make is None else lambda: JointEnv(make(), options.reward)
+    return GymnasiumProblem(JointEnv(env, options.reward), source, others, bins=options.bins)
 
 
 def _joint_table(env: Any) -> TabularMDP | None:
-    """Return the joint transitions that a parallel environment carries; None where a wrapper may change them."""
+    """Return the joint transitions that a parallel environment carries; None where a wrapper could change them."""
     layer = env
     while type(layer) is BaseParallelWrapper:  # a subclass may override anything; the base passes all on
         layer = layer.env
@@ -192,23 +174,23 @@ def _joint_table(env: Any) -> TabularMDP | None:
     return mdp
 
 
-def _read_single(env: GymEnvironment, source: str, make: Callable[[], Any] | None, reading: Reading) -> Problem:
+def _adapted_single(
+    env: GymEnvironment, source: str, make: Callable[[], Any] | None, options: AdapterOptions
+) -> Problem:
     inner, limit = _without_transparent_wrappers(env)
-    problem = _own_problem(inner) if reading.compiled and not isinstance(inner, gymnasium.Wrapper) else None
+    problem = _carried_problem(inner) if options.compiled and not isinstance(inner, gymnasium.Wrapper) else None
     if problem is None:
-        _refuse_compiled(reading, source)
+        _refuse_compiled(options, source)
         others = None if make is None else lambda: _without_transparent_wrappers(make())[0]
-        return GymnasiumProblem(inner, source, others, bins=reading.bins, max_episode_steps=limit)
-    _refuse_bins(reading, source)
+        return GymnasiumProblem(inner, source, others, bins=options.bins, max_episode_steps=limit)
+    _refuse_bins(options, source)
     limits = [steps for steps in (limit, problem.max_episode_steps) if steps is not None]
     return _limited(problem, min(limits, default=None), source)
 
 
-def _limited(problem: TabularMDP | Simulator, limit: int | None, source: str) -> TabularMDP | Simulator:
-    """Return the problem of an environment with its time limit, or else with ours; it remembers its environment."""
-    limited = problem.with_time_limit(limit or STEP_CAP)  # a new one: the environment's own stays as it is
-    limited.is_capped, limited.source = limit is None, source
-    return limited
+def _limited(problem: Problem, limit: int | None, source: str) -> Problem:
+    """Return the problem that an environment carries with the environment's time limit, or else with ours."""
+    return problem.with_time_limit(limit or STEP_CAP, is_capped=limit is None).with_source(source)
 
 
 def _without_transparent_wrappers(env: GymEnvironment) -> tuple[GymEnvironment, int | None]:
@@ -228,22 +210,31 @@ def _is_altered(env: Any) -> bool:
     return own and not all(getattr(method, "__module__", "").startswith("tuckerl.") for method in methods)
 
 
-def _own_problem(env: GymEnvironment) -> TabularMDP | Simulator | None:
+def _carried_problem(env: GymEnvironment) -> Problem | None:
     """Return the transitions that an environment carries."""
     if _is_altered(env):
         return None
     problem = getattr(env, "mdp", None) or getattr(env, "simulator", None)
-    return problem if isinstance(problem, (TabularMDP, Simulator)) else extract_transition_table(env)
+    is_known = isinstance(problem, Problem) and problem.is_compiled
+    return problem if is_known else extract_transition_table(env)
 
 
-def _refuse_bins(reading: Reading, source: str) -> None:
-    if reading.bins is not None:
+def _refuse_compiled(options: AdapterOptions, source: str) -> None:
+    if options.compiled is True:
+        raise ProblemError(
+            f"no transition table can be extracted from {source}, so it cannot be compiled: leave compiled at 'auto', "
+            "which steps it in Python"
+        )
+
+
+def _refuse_bins(options: AdapterOptions, source: str) -> None:
+    if options.bins is not None:
         raise ParameterError(f"bins are for environments whose observations are a Box; {source} has states already")
 
 
-def _refuse_reward(reading: Reading, source: str) -> None:
-    if reading.reward != "mean":
+def _refuse_reward(options: AdapterOptions, source: str) -> None:
+    if options.reward != "mean":
         raise ParameterError(
             f"team_reward is for PettingZoo environments, whose agents each have a reward; {source} has one reward: "
-            f"leave it out (tuckerl.JointEnv takes its own, as reward); got {reading.reward!r}"
+            f"leave it out (tuckerl.JointEnv takes its own, as reward); got {options.reward!r}"
         )

@@ -1,18 +1,18 @@
-"""Which seeds an environment is reset with, so that a learner can be saved and go on to the last bit."""
+"""Seeds for the resets of environments, so that a saved learner goes on to the last bit."""
 
 from typing import Any
 
 import numpy as np
 
-from tuckerl.adapters.joint import JointEnv
+from tuckerl.adapters.joint import innermost
 from tuckerl.errors import SavedFileError
 from tuckerl.rng import child, seed_sequence
 
 
 class EpisodeSeeds:
-    """The resets of one environment.
+    """Seeds for the resets of one environment.
 
-    The first one gives a seed, as Gymnasium asks for. What an environment remembers from one episode to the next is
+    The first reset gives a seed, as Gymnasium asks for. What an environment remembers from one episode to the next is
     then its generator, `np_random`, which is saved and restored. An environment without one is given a seed in every
     reset, so that it need not remember anything.
     """
@@ -38,7 +38,7 @@ class EpisodeSeeds:
         return first
 
     def where(self, step: int) -> str:
-        """Return which step this is, in words."""
+        """Return the place of a step for a message: its number, episode and seed."""
         place = f"in step {step}" if step else "in reset"
         return f"{place} of episode {self._n_resets - 1} of this environment (seed {self._seed})"
 
@@ -71,9 +71,7 @@ class EpisodeSeeds:
 
 def generator_of(env: Any) -> np.random.Generator | None:
     """Return the generator that an environment keeps from one episode to the next, if it has one."""
-    inner = env.unwrapped
-    if isinstance(inner, JointEnv):  # its own is not what decides
-        inner = inner.env.unwrapped
+    inner = innermost(env)  # a joint environment's own generator decides nothing
     # Gymnasium's property would make one where there is none.
     generator = getattr(inner, "_np_random", None)
     if generator is None and not hasattr(type(inner), "np_random"):

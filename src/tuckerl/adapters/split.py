@@ -1,6 +1,6 @@
 """A Gymnasium environment over joint observations and joint actions as a PettingZoo parallel environment.
 
-The way there is :mod:`tuckerl.adapters.joint`.
+The inverse is :mod:`tuckerl.adapters.joint`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -65,11 +65,11 @@ class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any 
             raise ParameterTypeError(f"env must be a Gymnasium environment; got {env!r}")
         self.env = env
         observed, acted = _parts(env)
-        told_as = tuple(getattr(env.unwrapped, "possible_agents", ()))
-        if len(told_as) != len(acted):
-            told_as = tuple(f"agent_{place}" for place in range(len(acted)))
-        self._told_as = told_as  # the names that the agents have in the infos of `env`
-        self.possible_agents = list(told_as) if agents is None else _check_names(agents, len(acted))
+        inner_names = tuple(getattr(env.unwrapped, "possible_agents", ()))
+        if len(inner_names) != len(acted):
+            inner_names = tuple(f"agent_{place}" for place in range(len(acted)))
+        self._inner_names = inner_names  # the names that the agents have in the infos of `env`
+        self.possible_agents = list(inner_names) if agents is None else _check_names(agents, len(acted))
         self.agents: list[str] = []
         self.observation_spaces: dict[str, Space] = dict(zip(self.possible_agents, observed, strict=True))
         self.action_spaces: dict[str, Space] = dict(zip(self.possible_agents, acted, strict=True))
@@ -144,13 +144,13 @@ class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any 
         return dict(zip(self.possible_agents, observation, strict=True))
 
     def _infos(self, info: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-        shared, told, masks = dict(info), info.get(INFOS), info.get(MASK)
-        told = shared.pop(INFOS) if isinstance(told, Mapping) else {}
+        shared, infos, masks = dict(info), info.get(INFOS), info.get(MASK)
+        infos = shared.pop(INFOS) if isinstance(infos, Mapping) else {}
         n_agents = len(self.possible_agents)
         masks = shared.pop(MASK) if isinstance(masks, (tuple, list)) and len(masks) == n_agents else [None] * n_agents
         return {
-            agent: {**shared, **told.get(name, {}), **({} if mask is None else {MASK: mask})}
-            for agent, name, mask in zip(self.possible_agents, self._told_as, masks, strict=True)
+            agent: {**shared, **infos.get(name, {}), **({} if mask is None else {MASK: mask})}
+            for agent, name, mask in zip(self.possible_agents, self._inner_names, masks, strict=True)
         }
 
 

@@ -1,4 +1,4 @@
-"""From an environment that carries its transition table to the finite MDP that it plays, exactly.
+"""Extracts the transition table that an environment carries: the finite MDP that it plays, exactly.
 
 Gymnasium's toy-text environments keep a table ``P``, ``P[s][a]`` being a list of outcomes ``(probability, next state,
 reward, terminated)``, and the distribution of first states, ``initial_state_distrib``. A step draws one number u and
@@ -19,12 +19,15 @@ import numpy as np
 from gymnasium.envs.toy_text import CliffWalkingEnv, FrozenLakeEnv, TaxiEnv
 from gymnasium.spaces import Discrete
 
+from tuckerl.adapters.action_names import action_names_of
 from tuckerl.errors import ProblemError
-from tuckerl.problems.mdp import SUM_TOLERANCE, Layout, TabularMDP
+from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.outcomes import SUM_TOLERANCE
+from tuckerl.problems.parts import Layout
 from tuckerl.types import BoolArray, FloatArray
 
 _TOY_TEXT = (CliffWalkingEnv, FrozenLakeEnv, TaxiEnv)
-_OTHERWISE = "mend it, or learn with compiled=False, which steps the environment itself"
+_OTHERWISE = "correct it, or learn with compiled=False, which steps the environment itself"
 
 
 class _Outcome(NamedTuple):
@@ -45,7 +48,7 @@ class _Table(NamedTuple):
 
 
 def extract_transition_table(env: gymnasium.Env[Any, Any]) -> TabularMDP | None:
-    """Return the MDP that an environment plays by its table, or None where no table tells all.
+    """Return the MDP that an environment plays by its table, or None where it has no table or more than that decides.
 
     Parameters
     ----------
@@ -85,6 +88,7 @@ def extract_transition_table(env: gymnasium.Env[Any, Any]) -> TabularMDP | None:
         start=_starts(table),
         action_mask=_action_mask(table),
         layout=_layout(env, table.n_states),
+        action_names=action_names_of(env, (table.n_actions,)),
     )
 
 
@@ -222,7 +226,7 @@ def _action_mask(table: _Table) -> BoolArray | None:
 
 
 def _layout(env: gymnasium.Env[Any, Any], n_states: int) -> Layout | None:
-    """Return the grid whose cells are the states; a taxi's are more than cells."""
+    """Return the grid whose cells are the states, if they are."""
     shape: tuple[int, ...] = ()
     if isinstance(env, FrozenLakeEnv):
         shape = np.shape(env.desc)

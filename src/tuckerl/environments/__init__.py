@@ -10,12 +10,12 @@ ENVIRONMENTS = {
     "tuckerl/CartPole-v0": {"entry_point": "tuckerl.environments.cart_pole:CartPoleEnv", "max_episode_steps": 1000},
     "tuckerl/DynaMaze-v0": {"entry_point": "tuckerl.environments.dyna_maze:DynaMazeEnv", "max_episode_steps": 2000},
 }
-"""Gymnasium ids and what is registered for them."""
+"""The entries of Gymnasium's registry, by id."""
 
 PARALLEL_ENVIRONMENTS = {
     "tuckerl/RobotRescue-v0": {"entry_point": "tuckerl.environments.robot_rescue_env:parallel_env", "max_cycles": 1000},
 }
-"""PettingZoo ids of parallel environments and what is registered for them."""
+"""The entries of PettingZoo's registry of parallel environments, by id."""
 
 
 def register_environments() -> None:

@@ -41,7 +41,17 @@ GRAVITY, CART_MASS, POLE_MASS, HALF_LENGTH, TIME_STEP, FORCE, TRACK, FALL, SHAPE
 
 # Compiled and interpreted arithmetic agree to the last bit: products are written out, no `**`.
 def reset(parameters: FloatArray, state: FloatArray, rng: Stream) -> None:
-    """Begin at (0, 0, 0, 0.01), or anywhere within START of 0."""
+    """Begin at (0, 0, 0, 0.01), or anywhere within START of 0.
+
+    Parameters
+    ----------
+    parameters : (11,) float64
+        By the names above: GRAVITY, CART_MASS, ...
+    state : (4,) float64
+        Set to the first x, x', theta and theta'.
+    rng : (4,) uint64
+        The stream; advanced by four draws where the start is uniform.
+    """
     spread = parameters[START]
     if spread > 0.0:
         for i in range(4):
@@ -52,7 +62,17 @@ def reset(parameters: FloatArray, state: FloatArray, rng: Stream) -> None:
 
 
 def step(parameters: FloatArray, state: FloatArray, action: int, rng: Stream) -> tuple[float, bool]:
-    """Push for one time step; return the new state's reward and whether it is a failure."""
+    """Push for one time step; return the new state's reward and whether it is a failure.
+
+    Parameters
+    ----------
+    parameters : (11,) float64
+    state : (4,) float64
+        Moved from one x, x', theta and theta' to the next.
+    action : int
+    rng : (4,) uint64
+        Unused: nothing is random.
+    """
     x, speed, angle, rate = float(state[0]), float(state[1]), float(state[2]), float(state[3])
     half_length, time_step = parameters[HALF_LENGTH], parameters[TIME_STEP]
     # What depends on the parameters alone is divided first: one division waits for the state, not four.
@@ -75,7 +95,14 @@ def step(parameters: FloatArray, state: FloatArray, action: int, rng: Stream) ->
 
 
 def index(parameters: FloatArray, state: FloatArray) -> int:
-    """Return the row of the grid's nearest point, the lower one on a tie; of a failure, its own row."""
+    """Return the row of the grid's nearest point, the lower one on a tie; of a failure, its own row.
+
+    Parameters
+    ----------
+    parameters : (11,) float64
+    state : (4,) float64
+        x, x', theta and theta'.
+    """
     if parameters[ABSORBING] > 0.0:
         if abs(state[2]) > parameters[FALL]:
             return FALLEN

@@ -1,6 +1,6 @@
 """The cart, its pole and the push, as a line of text or as pixels.
 
-What matters is told apart by shape as well as by colour (Okabe and Ito's palette, safe for the colour-blind): the
+Shapes differ as well as colours (Okabe and Ito's palette, safe for the colour-blind): the
 cart is a dark box, the pole a long rounded bar, the push an arrow beside the cart, the track's ends are posts.
 """
 

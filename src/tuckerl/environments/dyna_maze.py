@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from tuckerl.checks import check_int, check_name
 from tuckerl.environments.maze_view import draw_maze, write_maze
 from tuckerl.errors import ParameterError
-from tuckerl.problems.maze import Cell, Maze, check_walls, random_maze
+from tuckerl.problems.maze import ACTION_NAMES, Cell, Maze, check_walls, random_maze
 
 
 class DynaMazeEnv(gymnasium.Env[Any, Any]):
@@ -40,6 +40,7 @@ class DynaMazeEnv(gymnasium.Env[Any, Any]):
     maze : Maze
     mdp : TabularMDP
         The transitions that ``step`` takes. The limit of 2000 steps is not in it: ``gymnasium.make`` adds that.
+    action_names : tuple of str
 
     Raises
     ------
@@ -57,6 +58,7 @@ class DynaMazeEnv(gymnasium.Env[Any, Any]):
     """
 
     metadata = {"render_modes": ["ansi", "rgb_array"], "render_fps": 10}  # noqa: RUF012  # as Gymnasium types it
+    action_names = ACTION_NAMES
 
     def __init__(
         self,

@@ -1,6 +1,6 @@
 """A maze, the path walked in it and the agent, as text or as pixels.
 
-What matters is told apart by shape as well as by colour (Okabe and Ito's palette, safe for the colour-blind): walls
+Shapes differ as well as colours (Okabe and Ito's palette, safe for the colour-blind): walls
 are dark, the start is a square ring, the goal a diamond, the agent a disc, the path a line.
 """
 

@@ -25,8 +25,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tuckerl.checks import check_real
-from tuckerl.environments.robot_rescue_map import MOVES, RescueMap, as_rescue_map
+from tuckerl.environments.robot_rescue_map import ACTION_NAMES, AGENTS, MOVES, RescueMap, as_rescue_map
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.problem import joint_names
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 GRIPS = 3
@@ -99,6 +100,8 @@ def robot_rescue(
         start=first_state(world),
         max_episode_steps=max_episode_steps,
         action_sizes=(len(MOVES), len(MOVES)),
+        action_names=joint_names([ACTION_NAMES] * len(AGENTS)),
+        state_factors=[(agent, world.n_cells * GRIPS) for agent in AGENTS],
     )
 
 
@@ -160,13 +163,13 @@ class _Table:
         cell, grip = self.robots(states)
         right = cell[0] != cell[1]
         # A free robot says that the object is where it was at first; a gripping one says where it holds it.
-        told = []
+        places = []
         for c, g in zip(cell, grip, strict=True):
             right &= self.free[c] & ((g != NOT_GRIPPING) | ((self.grip_at[c] == NOT_GRIPPING) & (c != self.first)))
-            told.append(np.where(g == NOT_GRIPPING, self.first, self.held(c, g)))
-        right &= (told[0] == told[1]) & (told[0] != NOWHERE)
+            places.append(np.where(g == NOT_GRIPPING, self.first, self.held(c, g)))
+        right &= (places[0] == places[1]) & (places[0] != NOWHERE)
         both = (grip[0] != NOT_GRIPPING) & (grip[1] != NOT_GRIPPING)
-        where = told[0]
+        where = places[0]
         return states[right & ~both], states[right & both & ~self.home[where]]
 
     def held(self, cell: IntArray, grip: IntArray) -> IntArray:

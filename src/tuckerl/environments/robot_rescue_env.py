@@ -14,7 +14,7 @@ from pettingzoo import ParallelEnv
 
 from tuckerl.checks import check_int, check_name
 from tuckerl.environments.robot_rescue import GRIPS, robot_rescue, scene
-from tuckerl.environments.robot_rescue_map import MOVES, RescueMap, as_rescue_map
+from tuckerl.environments.robot_rescue_map import ACTION_NAMES, AGENTS, MOVES, RescueMap, as_rescue_map
 from tuckerl.environments.robot_rescue_view import draw_rescue, write_rescue
 from tuckerl.errors import ParameterError
 from tuckerl.problems.mdp import TabularMDP
@@ -47,6 +47,8 @@ class RobotRescueEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class i
     map : RescueMap
     mdp : TabularMDP
         The joint transitions that ``step`` takes, `max_cycles` as their limit.
+    action_names : tuple of str
+        Of each robot.
 
     Raises
     ------
@@ -70,6 +72,7 @@ class RobotRescueEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class i
         "render_fps": 10,
         "is_parallelizable": True,
     }
+    action_names = ACTION_NAMES
 
     def __init__(
         self,
@@ -93,7 +96,7 @@ class RobotRescueEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class i
             max_episode_steps=None,
         )
         self.max_cycles = max_cycles
-        self.possible_agents = ["robot_0", "robot_1"]
+        self.possible_agents = list(AGENTS)
         self.agents: list[str] = []
         self.observation_spaces = {
             agent: gymnasium.spaces.Discrete(self.map.n_cells * GRIPS) for agent in self.possible_agents
@@ -122,7 +125,7 @@ class RobotRescueEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class i
         return self.action_spaces[agent]
 
     def state(self) -> IntArray:
-        """Return the number of the joint state, an array without axes, of which both robots are told one part each."""
+        """Return the number of the joint state, an array without axes; each robot observes one part of it."""
         return np.array(self._state)
 
     def reset(

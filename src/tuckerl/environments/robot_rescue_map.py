@@ -14,6 +14,9 @@ FREE, OBSTACLE, HOME, OBJECT, ROBOTS = ".", "#", "H", "T", "AB"
 MOVES = ((0, -1), (0, 1), (-1, 0), (1, 0), (0, 0))
 """What the actions 0 left, 1 right, 2 up, 3 down and 4 stay add to (row, column)."""
 
+ACTION_NAMES = ("left", "right", "up", "down", "stay")
+AGENTS = ("robot_0", "robot_1")
+
 MAX_CELLS = 400
 """The table of a map of 400 cells has 36 million outcomes, half a gigabyte."""
 
@@ -26,7 +29,7 @@ DEFAULT_MAP = """\
 ...T....
 .#....#.
 A......B"""
-"""Ours: the paper's Figure 12 and its source show no map that could be read off."""
+"""Designed for this library, as neither the paper's Figure 12 nor its source gives a map."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The robot rescue world as text or as pixels.
 
-What matters is told apart by shape as well as by colour (Okabe and Ito's palette, safe for the colour-blind): the
+Shapes differ as well as colours (Okabe and Ito's palette, safe for the colour-blind): the
 first robot is a blue disc, the second an orange triangle, the object a red square, homes are green houses, and a bar
 joins a robot that grips with the object.
 """

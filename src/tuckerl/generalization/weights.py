@@ -1,7 +1,7 @@
 """How a decomposition of the tables becomes one learning-rate weight for each action (the paper's omega).
 
-A weighting takes the decomposition of the window's tables and returns (A,) weights. To add one, write the function and
-list it in `WEIGHTINGS`.
+A weighting takes the decomposition of the window's tables and returns (A,) weights. To add one, write a file
+with a function and list that in `WEIGHTINGS`: ``Weighting("tuckerl.generalization.file:function", ...)``.
 """
 
 from collections.abc import Callable
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from tuckerl.errors import ParameterError
 from tuckerl.generalization.answers import real_array
+from tuckerl.registers import load
 from tuckerl.tensor import TuckerDecomposition
 from tuckerl.types import FloatArray
 
@@ -22,9 +23,15 @@ WeightFunction = Callable[[TuckerDecomposition], ArrayLike]
 class Weighting(NamedTuple):
     """A weighting: from (decomposition or None, A, a generator) to (A,) weights."""
 
-    weigh: Callable[[TuckerDecomposition | None, int, np.random.Generator], FloatArray]
+    function: Callable[[TuckerDecomposition | None, int, np.random.Generator], FloatArray] | str  # or its home
     needs_decomposition: bool
     description: str  # what an action's learning rate is multiplied by
+
+    def weigh(self, decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
+        """Return the weights, (A,)."""
+        function = load(self.function) if isinstance(self.function, str) else self.function
+        weights: FloatArray = function(decomposition, n_actions, rng)
+        return weights
 
 
 def action_weights(action_factor: ArrayLike) -> FloatArray:

@@ -1,1 +1,81 @@
-"""The algorithms, one file each: its update, its compiled loop, its class."""
+"""The learners, one file for each algorithm. To add one, write its file and list it in `LEARNERS`."""
+
+import re
+from typing import TYPE_CHECKING, NamedTuple
+
+from tuckerl.registers import load
+
+if TYPE_CHECKING:
+    from tuckerl.training.learner import Learner
+
+
+class TVersion(NamedTuple):
+    """A learner with a tensor step, by the name that the paper or this library gives it."""
+
+    name: str  # on the command line
+    title: str
+    source: str
+    share: str  # the sharing rule by default
+
+
+class LearnerEntry(NamedTuple):
+    """A learner in the register."""
+
+    class_name: str
+    home: str
+    title: str
+    source: str
+    paper_t_version: TVersion | None = None
+    has_t_version: bool = True
+
+    @property
+    def name(self) -> str:
+        """What commands call it: "double-q-learning" for the class DoubleQLearning."""
+        return re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "-", self.class_name).lower()
+
+    @property
+    def t_version(self) -> TVersion | None:
+        """Its version with a tensor step; "t-" and its name where the paper has no name of its own for it."""
+        if self.paper_t_version is not None or not self.has_t_version:
+            return self.paper_t_version
+        return TVersion(f"t-{self.name}", f"T-{self.title}", f"{self.source}, with the paper's tensor step", "max")
+
+    def load(self) -> "type[Learner]":
+        """Return the class."""
+        kind: type[Learner] = load(f"{self.home}:{self.class_name}")
+        return kind
+
+
+_PAPER = "the paper's Figure"
+LEARNERS = (
+    LearnerEntry(
+        "QLearning",
+        "tuckerl.learners.q_learning",
+        "Q-learning",
+        f"Watkins and Dayan 1992; {_PAPER} 1",
+        TVersion("tq-learning", "TQ-learning", f"{_PAPER} 5", "max"),
+    ),
+    LearnerEntry("Sarsa", "tuckerl.learners.sarsa", "SARSA", "Rummery and Niranjan 1994", has_t_version=False),
+    LearnerEntry(
+        "SarsaLambda",
+        "tuckerl.learners.sarsa_lambda",
+        "SARSA(λ)",
+        f"Rummery and Niranjan 1994; {_PAPER} 2",
+        TVersion("tsarsa-lambda", "TSARSA(λ)", f"{_PAPER} 8", "min"),
+    ),
+    LearnerEntry(
+        "DynaH",
+        "tuckerl.learners.dyna_h",
+        "DYNA-H",
+        f"Santos, Martin H. and Lopez 2011; {_PAPER} 6",
+        TVersion("dyna-ht", "DYNA-HT", f"{_PAPER} 7", "max"),
+    ),
+    LearnerEntry(
+        "TeamQ",
+        "tuckerl.learners.team_q",
+        "Team-Q",
+        "Littman 2001, with Watkins' Q(λ) 1989; the paper's section IV.C",
+        TVersion("team-tq", "Team-TQ", "the paper's section IV.C", "max"),
+    ),
+)
+"""All learners, in the order in which they are listed."""

@@ -17,7 +17,7 @@ from tuckerl.checks import check_int, check_name
 from tuckerl.errors import ProblemError
 from tuckerl.generalization.change_log import record_change
 from tuckerl.learners.q_learning import move_towards_target
-from tuckerl.problems.mdp import check_heuristic
+from tuckerl.problems.parts import check_heuristic
 from tuckerl.rng import below
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm

@@ -6,16 +6,9 @@ from pathlib import Path
 from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import SavedFileError
 from tuckerl.generalization.step import TensorStep
-from tuckerl.learners.dyna_h import DynaH
-from tuckerl.learners.q_learning import QLearning
-from tuckerl.learners.sarsa import Sarsa
-from tuckerl.learners.sarsa_lambda import SarsaLambda
-from tuckerl.learners.team_q import TeamQ
+from tuckerl.learners import LEARNERS
 from tuckerl.training import persistence
 from tuckerl.training.learner import Learner
-
-OWN: tuple[type[Learner], ...] = (QLearning, Sarsa, SarsaLambda, DynaH, TeamQ)
-"""This library's learners."""
 
 
 def load(
@@ -47,11 +40,11 @@ def load(
     """
     saved = persistence.read(Path(path))
     held = saved.header["learner"]
-    known = {kind.__name__: kind for kind in (*_subclasses(), *OWN)}  # ours go before others of the same name
+    own = {entry.class_name: entry.load() for entry in LEARNERS}
+    known = {kind.__name__: kind for kind in _subclasses()} | own  # ours go before others of the same name
     if held not in known:
         raise SavedFileError(
-            f"{path} holds a {held}, which is none of {', '.join(kind.__name__ for kind in OWN)}: import "
-            "the module that defines it first"
+            f"{path} holds a {held}, which is none of {', '.join(own)}: import the module that defines it first"
         )
     return persistence.load(known[held], saved, env=env, tensor_step=tensor_step)
 

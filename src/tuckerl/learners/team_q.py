@@ -13,13 +13,12 @@ from typing import Any, Literal, NamedTuple, Unpack
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.adapters.resolve import Agents, Environment, Reading
+from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment
 from tuckerl.checks import check_flag, check_name
 from tuckerl.errors import ProblemError
 from tuckerl.learners.team_policy import TeamEpsilonGreedy
 from tuckerl.learners.traces import Traces, flush_traces, learn, sync_row
 from tuckerl.learners.tracing import TracingLearner, act_on_synced_row, end_with_traces
-from tuckerl.problems.mdp import TabularMDP
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.greedy_actions import best_value
@@ -115,11 +114,11 @@ class TeamQ(TracingLearner):
 
     def acting_policy(self, policy: Policy) -> Policy:
         """Return a policy by which every agent explores on its own, if the given one is epsilon-greedy."""
-        sizes = getattr(self.problem, "action_sizes", (self.problem.n_actions,))
+        sizes = self.problem.action_sizes
         if self.exploration == "joint" or len(sizes) == 1 or not isinstance(policy, EpsilonGreedy):
             return policy
-        if isinstance(self.problem, TabularMDP):
-            _check_independent(self.problem.arrays.action_mask, sizes)
+        if self.problem.action_mask is not None:
+            _check_independent(self.problem.action_mask, sizes)
         return TeamEpsilonGreedy(policy, sizes)
 
     def constants(self) -> dict[str, Any]:
@@ -127,19 +126,17 @@ class TeamQ(TracingLearner):
         return {"cut_traces": self.cut_traces}
 
     @classmethod
-    def reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
+    def adapter_options(cls, parameters: Mapping[str, Any]) -> AdapterOptions:
         """Return how a team with these parameters reads its environment."""
-        return replace(super().reading_of(parameters), reward=parameters.get("team_reward", "mean"))
+        return replace(super().adapter_options(parameters), reward=parameters.get("team_reward", "mean"))
 
 
 def _check_independent(action_mask: BoolArray, sizes: tuple[int, ...]) -> None:
     """Refuse masks by which agents that explore on their own could meet in a forbidden joint action."""
-    if action_mask.size == 0:
-        return
     allowed = action_mask.reshape(-1, *sizes)
     independent = np.ones_like(allowed)
-    for agent_place in range(1, allowed.ndim):
-        others = tuple(axis for axis in range(1, allowed.ndim) if axis != agent_place)
+    for i in range(1, allowed.ndim):
+        others = tuple(axis for axis in range(1, allowed.ndim) if axis != i)
         independent &= allowed.any(axis=others, keepdims=True)
     if (independent != allowed).any():
         state = int(np.argwhere(independent != allowed)[0, 0])

@@ -20,6 +20,7 @@ Cell = tuple[int, int]
 Metric = Literal["squared", "euclidean", "l1"]
 
 MOVES = ((-1, 0), (1, 0), (0, -1), (0, 1))
+ACTION_NAMES = ("up", "down", "left", "right")
 MAX_DRAWS = 1000
 
 
@@ -125,6 +126,8 @@ class Maze:
             max_episode_steps=max_episode_steps,
             heuristic=self.heuristic(),
             layout=(self.rows, self.columns),
+            action_names=ACTION_NAMES,
+            state_factors=(("row", self.rows), ("column", self.columns)),
         )
 
     def _neighbours(self, cell: Cell) -> list[Cell]:

@@ -1,34 +1,36 @@
-"""Problems that are compiled functions instead of tables: a few numbers that move, and the table's row they fall into.
+"""Problems given by compiled functions that move a few numbers, from which the table's row follows.
 
-Two functions of fixed signatures describe one::
+Two functions of fixed signatures describe a problem::
 
     reset(parameters, state, rng)                                 put the first state into `state`, every entry of it
     step(parameters, state, action, rng) -> (reward, terminated)  move `state` in place
 
-and, unless the first entry of the state is the row of the Q-table, a third says which row it falls into::
+and, unless the first entry of the state is the row of the Q-table, a third gives the row::
 
     index(parameters, state) -> int                               from 0 to n_states - 1
 
 `parameters` (not to be written to) and `state` are float64 arrays, `rng` is a (4,) uint64 stream for
-:func:`tuckerl.rng.uniform`. The functions are compiled: they use numbers, arrays and ``math``, and the values that
-other names have when a simulator's first learner is made; what is to be changed later belongs into `parameters`. All
-simulators share the learners' compiled kernels, because kernels know the signatures and not the functions.
+:func:`tuckerl.rng.uniform`. The functions are compiled: they use numbers, arrays and ``math``. Other names keep
+the values that they have when a simulator's first learner is made, so put what changes later into `parameters`. All
+simulators share the learners' compiled kernels, as kernels depend on the signatures, not on the functions.
 """
 
-import copy
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl._jit import compiled_function
+from tuckerl._jit import compiled_function, kernel
 from tuckerl.checks import check_int
-from tuckerl.errors import ParameterTypeError, ProblemError, SimulatorError
-from tuckerl.problems.mdp import NO_LIMIT, Layout, check_heuristic, check_layout
+from tuckerl.errors import ParameterTypeError, ProblemError, SavedFileError, SimulatorError
+from tuckerl.problems.dynamics import register_dynamics
+from tuckerl.problems.parts import NO_LIMIT, Layout
+from tuckerl.problems.problem import GIVE_ENV, Arrays, Header, Problem
 from tuckerl.problems.worlds import World
 from tuckerl.types import FloatArray, Stream
 
@@ -40,7 +42,6 @@ Index = Callable[[FloatArray, FloatArray], int]
 KIND, FROM_STATE, ACTION, STEP, TO_STATE, REWARD, NUMBERS = range(7)
 OUT_OF_RANGE, NOT_FINITE = 1.0, 2.0
 
-
 _ARGUMENTS = {
     "reset": "(parameters, state, rng)",
     "step": "(parameters, state, action, rng)",
@@ -49,7 +50,7 @@ _ARGUMENTS = {
 
 
 def first_entry(parameters: FloatArray, state: FloatArray) -> int:
-    """Return the row of a state whose first entry is its row."""
+    """Return the first entry of the state: the default index."""
     return int(state[0])
 
 
@@ -77,7 +78,85 @@ class SimulatorArrays(NamedTuple):
     max_episode_steps: int  # NO_LIMIT where there is none
 
 
-class Simulator:
+@kernel
+def _reset(world: SimulatorArrays, rng: Stream) -> int:
+    """Return the first state of an episode.
+
+    Parameters
+    ----------
+    world : SimulatorArrays
+        Its state, clock and perhaps fault are changed.
+    rng : (4,) uint64
+        The agent's stream, as far as the simulator draws.
+    """
+    world.clock[0] = 0.0
+    world.reset(world.parameters, world.state, rng)
+    return max(_index(world, 0, 0, 0.0), 0)
+
+
+@kernel
+def _step(world: SimulatorArrays, state: int, action: int, rng: Stream) -> tuple[int, float, bool]:
+    """Return the next state, the reward, and whether the return ends there.
+
+    Parameters
+    ----------
+    world : SimulatorArrays
+        Its state, clock and perhaps fault are changed.
+    state, action : int
+    rng : (4,) uint64
+        The agent's stream, as far as the simulator draws.
+    """
+    world.clock[0] += 1.0
+    reward, terminated = world.step(world.parameters, world.state, action, rng)
+    next_state = _index(world, state, action, reward)
+    if next_state < 0 or world.fault[KIND] > 0.0:  # end every episode at once: there may be no time limit
+        return 0, 0.0, True
+    return next_state, reward, terminated
+
+
+@kernel
+def _must_return(world: SimulatorArrays) -> bool:
+    """Return whether a function has returned something impossible."""
+    return world.fault[KIND] > 0.0
+
+
+@kernel
+def _index(world: SimulatorArrays, state: int, action: int, reward: float) -> int:
+    """Return the state's row, or -1 where a number is not finite or the row is out of range."""
+    if not _is_finite(world, reward):
+        _note_fault(world, NOT_FINITE, state, action, reward, -1)
+        return -1
+    index = world.index(world.parameters, world.state)
+    if 0 <= index < world.n_states:
+        return index
+    _note_fault(world, OUT_OF_RANGE, state, action, reward, index)
+    return -1
+
+
+@kernel
+def _is_finite(world: SimulatorArrays, reward: float) -> bool:
+    """Return whether the reward and all of the state are finite."""
+    total = reward - reward  # 0 for a finite number, NaN for any other
+    for number in world.state:
+        total += number - number
+    return total == 0.0
+
+
+@kernel
+def _note_fault(world: SimulatorArrays, kind: float, state: int, action: int, reward: float, index: int) -> None:
+    """Keep the first impossible thing for Python to raise."""
+    fault = world.fault
+    if fault[KIND] == 0.0:
+        fault[KIND], fault[FROM_STATE], fault[ACTION], fault[STEP] = kind, state, action, world.clock[0]
+        fault[TO_STATE], fault[REWARD] = index, reward
+        for i in range(world.state.size):
+            fault[NUMBERS + i] = world.state[i]
+
+
+register_dynamics(SimulatorArrays, reset=_reset, step=_step, must_return=_must_return)
+
+
+class Simulator(Problem):
     """A problem given by compiled functions.
 
     Parameters
@@ -94,20 +173,18 @@ class Simulator:
         Numbers that the functions read.
     max_episode_steps : int, optional
         An episode is truncated after as many steps; default: never.
-    heuristic : (n_states,) float, optional
-        What ``DynaH`` uses by default.
-    layout : (rows, columns), optional
-        Where the states are the cells of a grid, row by row: how pictures show them.
+    heuristic, layout, action_names, state_factors
+        See :class:`~tuckerl.problems.problem.Problem`.
 
     Attributes
     ----------
     functions : Functions
-        As they were given: to be called from Python, too.
+        As they were given; Python can call them, too.
 
     Raises
     ------
     ParameterError, ParameterTypeError, ProblemError
-        If a number is impossible, or a function is none or takes other arguments.
+        If a number is impossible, or what was given is no function or takes other arguments.
 
     Examples
     --------
@@ -125,6 +202,10 @@ class Simulator:
     >>> line = Simulator(reset, step, n_states=5, n_actions=2, parameters=[0.1], max_episode_steps=1000)
     """
 
+    kind = "simulator"
+    title = "simulator"
+    how_played = "compiled simulator"
+
     def __init__(
         self,
         reset: Reset,
@@ -138,21 +219,22 @@ class Simulator:
         max_episode_steps: int | None = None,
         heuristic: ArrayLike | None = None,
         layout: Layout | None = None,
+        action_names: Sequence[str] | None = None,
+        state_factors: Sequence[tuple[str, int]] | None = None,
     ) -> None:
         self.functions = Functions(reset, step, first_entry if index is None else index)
         _check_functions(self.functions)
-        self.n_states = check_int("n_states", n_states, 1)
-        self.n_actions = check_int("n_actions", n_actions, 1)
+        super().__init__(
+            n_states,
+            n_actions,
+            max_episode_steps=max_episode_steps,
+            heuristic=heuristic,
+            layout=layout,
+            action_names=action_names,
+            state_factors=state_factors,
+        )
         self.state_size = check_int("state_size", state_size, 1)
         self.parameters = _check_parameters(parameters)
-        self.max_episode_steps = _check_limit(max_episode_steps)
-        self.heuristic = None if heuristic is None else check_heuristic(heuristic, self.n_states)
-        self.layout = check_layout(layout, self.n_states)
-
-    shares_world = False
-    is_capped = False  # whether the time limit is ours, as there was none
-    source: str | None = None
-    """What the environment is called that carried it; None where there was none."""
 
     @cached_property
     def _compiled(self) -> tuple[Any, ...]:
@@ -181,13 +263,20 @@ class Simulator:
         )
         return SimulatorWorld(arrays)
 
-    def with_time_limit(self, max_episode_steps: int | None) -> "Simulator":
-        """Return the same simulator with another limit on an episode's steps."""
-        other = copy.copy(self)
-        other.max_episode_steps = _check_limit(max_episode_steps)
-        if "_compiled" in vars(self):  # what is compiled knows no limit, and took longer than most of what follows
-            vars(other)["_compiled"] = self._compiled
-        return other
+    def save(self) -> tuple[Header, Arrays]:
+        """Return the simulator's sizes: no file holds its functions."""
+        return {"simulator": self.sizes, "source": self.source}, {}
+
+    @classmethod
+    def restore(
+        cls, header: Header, arrays: Arrays, given: Any, resolve: Callable[..., Problem], path: Path
+    ) -> Problem:
+        """Return the simulator that the user gave, which must have the saved one's sizes."""
+        if given is None:
+            raise SavedFileError(f"{path} was learned on a simulator, whose functions no file holds: {GIVE_ENV}")
+        problem = resolve(given)
+        cls._check_same(problem, header["simulator"], path, "a simulator")
+        return problem
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "_compiled"}
@@ -202,7 +291,7 @@ class Simulator:
 def _check_functions(functions: Functions) -> None:
     for role, arguments in _ARGUMENTS.items():
         function = getattr(functions, role)
-        python = getattr(function, "py_func", function)  # a function compiled by its user is taken apart again
+        python = getattr(function, "py_func", function)  # its user may have compiled it
         if not inspect.isfunction(python):
             raise ParameterTypeError(f"{role} must be a function {role}{arguments}; got {function!r}")
         try:
@@ -222,12 +311,6 @@ def _check_parameters(parameters: ArrayLike) -> FloatArray:
         raise ProblemError(f"parameters must be finite numbers; got {numbers}")
     numbers.flags.writeable = False
     return numbers
-
-
-def _check_limit(max_episode_steps: int | None) -> int | None:
-    if max_episode_steps is None:
-        return None
-    return min(check_int("max_episode_steps", max_episode_steps, 1), NO_LIMIT)
 
 
 class SimulatorWorld(World):

@@ -10,7 +10,7 @@ _NOTHING: BoolArray = np.zeros((0, 0), dtype=np.bool_)
 
 
 class World:
-    """A problem in which nothing happens outside of kernels.
+    """One agent's copy of a problem that is played in kernels alone; subclasses add what Python does around them.
 
     Attributes
     ----------
@@ -25,16 +25,16 @@ class World:
         self.action_masks = action_masks
 
     def seed(self, sequence: np.random.SeedSequence) -> None:
-        """Say where what is random outside of kernels takes its seeds from."""
+        """Seed the environment, where kernels do not draw all that is random."""
 
     def set_deadline(self, seconds: float) -> None:
-        """Say after how long the next kernel is to return, at the end of an episode; compiled worlds need no limit."""
+        """Make the next kernel return at the first end of an episode after so many seconds, if it calls Python."""
 
     def raise_pending(self) -> None:
-        """Raise what a kernel could not, and forget it: the next episode begins anew."""
+        """Raise the error that made the latest kernel return, if any, and forget it: a new episode can begin."""
 
     def close(self) -> None:
-        """Let go of what the world holds; nothing is played in it any more."""
+        """Close the environment, if there is one: nothing is played in this world any more."""
 
     def saved(self) -> dict[str, Any]:
         """Return as JSON what must be known to go on between two episodes."""

@@ -1,4 +1,4 @@
-"""How variants look, in every figure alike: told apart by dash and marker as well as by colour.
+"""How variants look, in every figure alike: they differ in dash and marker as well as in colour.
 
 Colours are Okabe and Ito's, safe for the colour-blind. A colour says how many agents there are and a dash which
 weights: a T-version is solid and bold, a control thin and dashed or dotted in the colour of the T-version that it
@@ -29,12 +29,24 @@ LABEL_GAP = 1.25 * LABEL_SIZE
 
 
 class LineStyle(NamedTuple):
-    """How a variant's line is drawn."""
+    """The look of a line."""
 
     colour: str
     dash: str
     marker: str  # "" for none
     width: float
+
+
+# Told apart by dash, marker and width as well, for they come to lie on one another.
+ACTION_STYLES = (
+    LineStyle(BLUE, "solid", "o", 2.4),
+    LineStyle(VERMILLION, "solid", "s", 1.5),
+    LineStyle(GREEN, "dashed", "^", 1.4),
+    LineStyle(PURPLE, "solid", "D", 1.5),
+    LineStyle(ORANGE, "dashdot", "v", 1.5),
+    LineStyle(SKY, "dotted", "P", 1.8),
+)
+"""The looks of the actions' lines, where there are no more of them."""
 
 
 class EndLabel(NamedTuple):

@@ -1,7 +1,7 @@
-"""The functions that number one member of a space, as fast as Python does it: one runs at every environment step.
+"""Functions that number one member of a space, fast, because one runs at every environment step.
 
-Each is a closure over plain numbers and lists. It answers for what members usually look like, and hands all else to
-`with_care`, which numbers it slowly or says what is wrong with it. NumPy's scalars compare ten times slower than
+Each is a closure over plain numbers and lists. It handles the usual types of members, and passes all else to
+`with_care`, which is slow, or says what is wrong. NumPy's scalars compare ten times slower than
 Python's numbers, so arrays become lists first; a float32 becomes the float64 of the same value on the way. The lengths
 of what is zipped are known to be equal, and asking ``zip`` to be strict would take longer than encoding a digit.
 """

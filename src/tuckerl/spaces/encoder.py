@@ -26,7 +26,7 @@ from tuckerl.spaces.bins import Bins, box_bounds, box_edges, value_edges
 from tuckerl.spaces.encoder_kinds import BinnedEncoder, ProductEncoder, SpaceEncoder, WholeNumberEncoder
 from tuckerl.types import FloatArray
 
-__all__ = ["SpaceEncoder", "space_encoder", "space_encoder_of_edges"]
+__all__ = ["SpaceEncoder", "digit_names", "space_encoder", "space_encoder_of_edges"]
 
 
 def space_encoder(space: gymnasium.Space[Any], bins: Bins | None = None, *, what: str = "observation") -> SpaceEncoder:
@@ -105,6 +105,23 @@ def space_encoder_of_edges(
             f"got {len(given)}"
         )
     return space_encoder(space, _bins_of_edges(space, iter(given)), what=what)
+
+
+def digit_names(encoder: SpaceEncoder, what: str = "observation") -> tuple[str, ...]:
+    """Return a name for each digit of an encoder's numbers: where its value stands in a member that is called `what`.
+
+    Examples
+    --------
+    >>> from gymnasium.spaces import Box, Dict, Discrete
+    >>> digit_names(space_encoder(Dict(place=Box(-1, 1, (2,)), lamp=Discrete(2)), bins=3))
+    ("observation['lamp']", "observation['place'][0]", "observation['place'][1]")
+    """
+    if encoder.parts:
+        parts = zip(_parts(encoder.space), encoder.parts, strict=True)
+        return tuple(name for key, part in parts for name in digit_names(part, f"{what}[{key!r}]"))
+    if not encoder.space.shape:
+        return (what,)
+    return tuple(f"{what}[{', '.join(map(str, place))}]" for place in np.ndindex(encoder.space.shape))
 
 
 def _parts(space: gymnasium.Space[Any]) -> dict[Any, gymnasium.Space[Any]]:

@@ -28,12 +28,12 @@ _MOST_NUMBERS = 2**63  # what int64 counts, from 0
 
 
 class SpaceEncoder(ABC):
-    """The numbers of one space's members; made by :func:`~tuckerl.spaces.encoder.space_encoder`.
+    """Numbers the members of one space; made by :func:`~tuckerl.spaces.encoder.space_encoder`.
 
     Attributes
     ----------
     space : gymnasium.Space
-        What is numbered.
+        Whose members are numbered.
     sizes : tuple of int
         How many values each digit has; the last digit changes fastest.
     n : int
@@ -41,6 +41,8 @@ class SpaceEncoder(ABC):
     edges : tuple of float64 arrays
         The inner edges of each dimension of each Box, in the order of the digits; where whole numbers are told apart
         one by one, these are the numbers but for the lowest. See :func:`space_encoder_of_edges`.
+    parts : tuple of SpaceEncoder
+        Of the parts of a Tuple or Dict, in their order; () for other spaces.
     encode : callable
         ``encode(value)`` is the number of a member, an int from 0 to n - 1. It raises ``ObservationError`` where the
         value is outside the space. Boxes with bins are lenient: any numbers but NaN, of the right shape, have a bin.
@@ -50,6 +52,7 @@ class SpaceEncoder(ABC):
     sizes: tuple[int, ...]
     n: int
     edges: tuple[FloatArray, ...]
+    parts: "tuple[SpaceEncoder, ...]" = ()
     encode: EncodeFunction
 
     def __init__(
@@ -127,7 +130,7 @@ class SpaceEncoder(ABC):
 
 
 class ArrayEncoder(SpaceEncoder):
-    """Of a space whose members are arrays or, where the shape is (), numbers."""
+    """Numbers the members of a space that are arrays or, where the shape is (), numbers."""
 
     _shape: tuple[int, ...]
     _kinds = "biu"  # of the dtypes that members may have
@@ -148,7 +151,7 @@ class ArrayEncoder(SpaceEncoder):
             return False
 
     def _encode_with_care(self, value: Any) -> int:
-        """Encode what the encoder gave up on, a list perhaps, or say what is wrong with it."""
+        """Encode a value of an unusual type, a list perhaps, or say what is wrong with it."""
         array = self._array(value)
         if array is None or array.shape != self._shape or not self._valid(array.reshape(1, -1))[0]:
             raise self._refused(value)
@@ -190,7 +193,7 @@ class ArrayEncoder(SpaceEncoder):
 
 
 class WholeNumberEncoder(ArrayEncoder):
-    """Of whole numbers, each from a lowest one up."""
+    """Numbers members that are whole numbers, each from a lowest one up."""
 
     def __init__(
         self,
@@ -231,7 +234,7 @@ class WholeNumberEncoder(ArrayEncoder):
 
 
 class BinnedEncoder(ArrayEncoder):
-    """Of a Box by its bins."""
+    """Numbers the members of a Box by their bins."""
 
     _kinds = "biuf"
     _expected = "an array of numbers, none of them NaN,"
@@ -264,35 +267,35 @@ class BinnedEncoder(ArrayEncoder):
 
 
 class ProductEncoder(SpaceEncoder):
-    """Of a Tuple or a Dict: the parts' numbers are digits of a number."""
+    """Numbers the members of a Tuple or a Dict: the parts' numbers are the digits."""
 
     def __init__(self, space: "Tuple[Any] | Dict[Any]", parts: Mapping[Any, SpaceEncoder], what: str) -> None:
         if not parts:
             raise SpaceError(f"{what} must be a space with parts; got {space}")
         self._keys = list(parts) if isinstance(space, Dict) else None
-        self._parts = list(parts.values())
-        sizes = (size for part in self._parts for size in part.sizes)
-        super().__init__(space, sizes, (e for part in self._parts for e in part.edges), what)
+        self.parts = tuple(parts.values())
+        sizes = (size for part in self.parts for size in part.sizes)
+        super().__init__(space, sizes, (e for part in self.parts for e in part.edges), what)
         self.encode = self._encoder()
 
     def _encoder(self) -> EncodeFunction:
-        encoders, radices = [part.encode for part in self._parts], [part.n for part in self._parts]
+        encoders, radices = [part.encode for part in self.parts], [part.n for part in self.parts]
         encode = tuple_encoder(encoders, radices, self._encode_with_care)
         return encode if self._keys is None else dict_encoder(self._keys, encode, self._encode_with_care)
 
     def is_batch(self, values: Any) -> bool:  # noqa: D102  # as in SpaceEncoder
         parts = self._parts_of(values)
-        return parts is not None and self._parts[0].is_batch(parts[0])
+        return parts is not None and self.parts[0].is_batch(parts[0])
 
     def _encode_with_care(self, value: Any) -> int:
-        """Encode what the encoder gave up on: another kind of sequence or mapping, or something wrong."""
+        """Encode an unusual kind of sequence or mapping, or say what is wrong with it."""
         if self._keys is None and (isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim > 0)):
             value = tuple(value)
         parts = self._parts_of(value)
         if parts is None:
             raise self._refused(value)
         code = 0
-        for part, one in zip(self._parts, parts, strict=True):
+        for part, one in zip(self.parts, parts, strict=True):
             code = code * part.n + part.encode(one)
         return code
 
@@ -300,19 +303,19 @@ class ProductEncoder(SpaceEncoder):
         parts = self._parts_of(values)
         if parts is None:
             raise self._refused(values)
-        rows = [part._numbers(batch) for part, batch in zip(self._parts, parts, strict=True)]
+        rows = [part._numbers(batch) for part, batch in zip(self.parts, parts, strict=True)]
         if len({row.size for row in rows}) > 1:
             raise ObservationError(
                 f"a batch of {self._what} must have parts of one length; got {', '.join(str(r.size) for r in rows)}"
             )
         codes = rows[0]
-        for part, row in zip(self._parts[1:], rows[1:], strict=True):
+        for part, row in zip(self.parts[1:], rows[1:], strict=True):
             codes = codes * part.n + row
         return codes
 
     def _member(self, code: int) -> Any:
         members = []
-        for part in reversed(self._parts):
+        for part in reversed(self.parts):
             code, digit = divmod(code, part.n)
             members.append(part._member(digit))
         members.reverse()
@@ -320,20 +323,20 @@ class ProductEncoder(SpaceEncoder):
 
     def _parts_of(self, value: Any) -> Sequence[Any] | None:
         if self._keys is None:
-            return value if isinstance(value, tuple) and len(value) == len(self._parts) else None
+            return value if isinstance(value, tuple) and len(value) == len(self.parts) else None
         if not isinstance(value, Mapping) or len(value) != len(self._keys) or any(k not in value for k in self._keys):
             return None
         return [value[key] for key in self._keys]
 
     def _refused(self, value: Any) -> ObservationError:
-        expected = f"a tuple of {len(self._parts)} parts"
+        expected = f"a tuple of {len(self.parts)} parts"
         if self._keys is not None:
             expected = f"a mapping with the keys {', '.join(map(repr, self._keys))}"
         return ObservationError(f"{self._what} must be {expected}, as in {_shown(self.space)}; got {_shown(value)}")
 
 
 def _shown(value: object) -> str:
-    """Return a value as it is written, cut where that would fill the screen, with its type where that is not told."""
+    """Return how Python writes a value, cut where it would fill the screen, with its type where that is in doubt."""
     text = " ".join(repr(value).split())
     text = text if len(text) <= 120 else f"{text[:117]}..."
     return f"{text} of type {type(value).__name__}" if isinstance(value, (bool, int, float, str)) else text

@@ -1,22 +1,17 @@
-"""The algorithms by the names that commands know them by. To add one, list it here."""
+"""The algorithms by the names that commands know them by: every learner, and its version with a tensor step."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields
-from difflib import get_close_matches
-from inspect import Parameter, signature
 from typing import Any, NamedTuple
 
-from tuckerl.checks import check_name
+from tuckerl.adapters.resolve import Agents
+from tuckerl.checks import check_name, did_you_mean
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.step import TensorStep
-from tuckerl.learners.dyna_h import DynaH
-from tuckerl.learners.q_learning import QLearning
-from tuckerl.learners.sarsa import Sarsa
-from tuckerl.learners.sarsa_lambda import SarsaLambda
-from tuckerl.learners.team_q import TeamQ
+from tuckerl.learners import LEARNERS
 from tuckerl.studies.environments import has_several_agents
 from tuckerl.training.learner import Learner
-from tuckerl.training.parameters import LearnerParameters
+from tuckerl.training.parameters import keywords_of
 
 
 class Algorithm(NamedTuple):
@@ -36,22 +31,18 @@ class Algorithm(NamedTuple):
     @property
     def plays_teams(self) -> bool:
         """Whether it plays the joint actions of environments of several agents, and nothing else."""
-        return issubclass(self.learner, TeamQ)
+        return self.learner.reads_agents is Agents.JOINT
 
 
-_LISTED = (
-    Algorithm("q-learning", "Q-learning", QLearning, "Watkins and Dayan 1992; the paper's Figure 1"),
-    Algorithm("tq-learning", "TQ-learning", QLearning, "the paper's Figure 5", "max"),
-    Algorithm("sarsa", "SARSA", Sarsa, "Rummery and Niranjan 1994"),
-    Algorithm("sarsa-lambda", "SARSA(λ)", SarsaLambda, "Rummery and Niranjan 1994; the paper's Figure 2"),
-    Algorithm("tsarsa-lambda", "TSARSA(λ)", SarsaLambda, "the paper's Figure 8", "min"),
-    Algorithm("dyna-h", "DYNA-H", DynaH, "Santos, Martin H. and Lopez 2011; the paper's Figure 6"),
-    Algorithm("dyna-ht", "DYNA-HT", DynaH, "the paper's Figure 7", "max"),
-    Algorithm("team-q", "Team-Q", TeamQ, "Littman 2001, with Watkins' Q(λ) 1989; the paper's section IV.C"),
-    Algorithm("team-tq", "Team-TQ", TeamQ, "the paper's section IV.C", "max"),
-)
+def _algorithms() -> Iterator[Algorithm]:
+    for entry in LEARNERS:
+        learner, t_version = entry.load(), entry.t_version
+        yield Algorithm(entry.name, entry.title, learner, entry.source)
+        if t_version is not None:
+            yield Algorithm(t_version.name, t_version.title, learner, t_version.source, t_version.share)
 
-ALGORITHMS: dict[str, Algorithm] = {algorithm.name: algorithm for algorithm in _LISTED}
+
+ALGORITHMS: dict[str, Algorithm] = {algorithm.name: algorithm for algorithm in _algorithms()}
 
 STEP_PARAMETERS: tuple[str, ...] = tuple(field.name for field in fields(TensorStep))
 """What can be set of a T-version's tensor step."""
@@ -59,6 +50,7 @@ STEP_PARAMETERS: tuple[str, ...] = tuple(field.name for field in fields(TensorSt
 _ELSEWHERE = {
     "n_agents": "give the number of agents with --agents",
     "seed": "give the seed with --seed",
+    "policy": "set epsilon; other policies are for Python",
     "tensor_step": f"set its own parameters: {', '.join(STEP_PARAMETERS)}",
 }
 
@@ -76,9 +68,8 @@ def named_algorithm(name: str) -> Algorithm:
 
 def parameters_of(algorithm: Algorithm) -> tuple[str, ...]:
     """Return the names of all that can be set: the learner's own parameters, those of all learners, the step's."""
-    own = [p.name for p in signature(algorithm.learner).parameters.values() if p.kind is Parameter.KEYWORD_ONLY]
-    shared = [name for name in LearnerParameters.__annotations__ if name not in _ELSEWHERE]
-    return (*own, *shared, *(STEP_PARAMETERS if algorithm.is_t_version else ()))
+    names = [name for name in keywords_of(algorithm.learner) if name not in _ELSEWHERE]
+    return (*names, *(STEP_PARAMETERS if algorithm.is_t_version else ()))
 
 
 def check_setting(algorithms: tuple[Algorithm, ...], name: str) -> None:
@@ -100,8 +91,7 @@ def check_setting(algorithms: tuple[Algorithm, ...], name: str) -> None:
         t_versions = ", ".join(a.name for a in ALGORITHMS.values() if a.is_t_version)
         raise ParameterError(f"{name} belongs to the tensor step, which {who} is without: {t_versions} take it")
     known = list(dict.fromkeys(known for algorithm in algorithms for known in parameters_of(algorithm)))
-    close = get_close_matches(name, known, n=1)
-    hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join(known)}"
+    hint = did_you_mean(name, known) or f"known are {', '.join(known)}"
     raise ParameterTypeError(f"{who} has no parameter {name!r}: {hint}")
 
 

@@ -16,16 +16,20 @@ import pettingzoo
 from gymnasium import spaces
 
 from tuckerl.adapters.making import Made, make_environment
-from tuckerl.adapters.resolve import Agents, Problem, Reading, as_problem
+from tuckerl.adapters.python_problem import PythonProblem
+from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment, as_problem
 from tuckerl.environments import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
 from tuckerl.errors import ProblemError, SpaceError
-from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.simulator import Simulator
 
 
 def maker(instance: int, name: str, keywords: Mapping[str, Any]) -> Callable[[], Made]:
     """Return what makes the environment: the problem of every instance, which other processes can be sent."""
     return partial(make_environment, name, keywords)
+
+
+def environment_of(name: str, keywords: Mapping[str, Any]) -> Environment:
+    """Return an id, from which files can make the environment again; with keywords, what makes it."""
+    return maker(0, name, dict(keywords)) if keywords else name
 
 
 _BINS = (
@@ -68,7 +72,7 @@ def environment_specification(name: str, keywords: Mapping[str, Any]) -> dict[st
     return {"id": name, "keywords": dict(keywords), "sources": sources, "versions": versions}
 
 
-class Listed(NamedTuple):
+class ListedEnvironment(NamedTuple):
     """An environment and how it is played."""
 
     name: str
@@ -76,32 +80,21 @@ class Listed(NamedTuple):
     title: str
 
 
-LIFTED, COMPILED, STEPPED = "lifted", "compiled", "stepped"
-"""How problems are played: a table in compiled code, a simulator there, an environment by Python."""
-
-_HOW = {LIFTED: "lifted: its table, compiled", COMPILED: "compiled", STEPPED: "stepped in Python"}
-_BINNED = f"{_HOW[STEPPED]}, its observations put into bins"
+_BINNED = f"{PythonProblem.how_played}, its observations put into bins"
 _TEAM = "{}, for a team (team-q, team-tq); {}, where each agent learns by itself"
 
 
-def how_played(problem: Problem) -> str:
-    """Return how a problem is played: LIFTED, COMPILED or STEPPED."""
-    return LIFTED if isinstance(problem, TabularMDP) else COMPILED if isinstance(problem, Simulator) else STEPPED
-
-
-def _words(problem: Problem) -> str:
-    return _HOW[how_played(problem)]
-
-
-def listed_environments() -> list[Listed]:
+def listed_environments() -> list[ListedEnvironment]:
     """Return this library's environments, and those of Gymnasium that can be played with what is installed."""
-    own = [Listed(name, _words(as_problem(name)), _title(entry)) for name, entry in ENVIRONMENTS.items()]
-    teams = [Listed(name, _how_teams(name), _title(entry)) for name, entry in PARALLEL_ENVIRONMENTS.items()]
+    own = [ListedEnvironment(name, as_problem(name).how_played, _title(entry)) for name, entry in ENVIRONMENTS.items()]
+    teams = [ListedEnvironment(name, _how_teams(name), _title(entry)) for name, entry in PARALLEL_ENVIRONMENTS.items()]
     return [*own, *teams, *(one for name in _light_ids() if (one := _of_gymnasium(name)))]
 
 
 def _how_teams(name: str) -> str:
-    together, apart = (_words(as_problem(name, Reading(agents))) for agents in (Agents.JOINT, Agents.INDEPENDENT))
+    together, apart = (
+        as_problem(name, AdapterOptions(agents)).how_played for agents in (Agents.JOINT, Agents.INDEPENDENT)
+    )
     return _TEAM.format(together, apart)
 
 
@@ -118,7 +111,7 @@ def _light_ids() -> list[str]:
     return [spec.id for spec in ordered]
 
 
-def _of_gymnasium(name: str) -> Listed | None:
+def _of_gymnasium(name: str) -> ListedEnvironment | None:
     """Return how an environment is played; None where it cannot be made, or has continuous actions."""
     try:
         env: Any = make_environment(name)
@@ -128,10 +121,10 @@ def _of_gymnasium(name: str) -> Listed | None:
         if isinstance(env.action_space, spaces.Box):
             return None
         if isinstance(env.observation_space, spaces.Box):
-            return Listed(name, _BINNED, "Gymnasium")
+            return ListedEnvironment(name, _BINNED, "Gymnasium")
     finally:
         env.close()
-    return Listed(name, _words(as_problem(name)), "Gymnasium")
+    return ListedEnvironment(name, as_problem(name).how_played, "Gymnasium")
 
 
 def _title(entry: Mapping[str, object]) -> str:

@@ -20,10 +20,8 @@ import polars as pl
 import scipy.linalg  # noqa: F401  # its BLAS must be loaded before it can be limited
 from threadpoolctl import threadpool_limits
 
-from tuckerl.adapters.resolve import Environment, Reading, as_problem
+from tuckerl.adapters.resolve import AdapterOptions, Environment, as_problem
 from tuckerl.errors import DivergenceWarning, RankWarning, ZeroWeightWarning
-from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.simulator import Simulator
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.training.learner import Learner
 from tuckerl.types import IntArray
@@ -37,7 +35,7 @@ class Task(NamedTuple):
     run: int
 
 
-class Tables(NamedTuple):
+class StudyTables(NamedTuple):
     """What tasks leave behind, one frame for each kind of fact (columns in `SCHEMAS`)."""
 
     runs: pl.DataFrame  # steps and return of every episode; null from the one on in which a run diverged
@@ -69,7 +67,7 @@ def all_tasks(study: Study) -> list[Task]:
     ]
 
 
-def play_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[tuple[Task, Tables], None, None]:
+def play_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[tuple[Task, StudyTables], None, None]:
     """Play the tasks and yield each one's tables as it ends, in any order.
 
     Kernels are compiled here first, so that workers find them ready.
@@ -106,11 +104,11 @@ def _interrupts_ignored() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def play_task(study: Study, task: Task) -> Tables:
+def play_task(study: Study, task: Task) -> StudyTables:
     """Play one run of one instance with every variant."""
     scenario = study.scenarios[task.scenario]
     played = [_play_variant(study, scenario, variant, task) for variant in scenario.variants]
-    return Tables(*(pl.concat(frames) for frames in zip(*played, strict=True)))
+    return StudyTables(*(pl.concat(frames) for frames in zip(*played, strict=True)))
 
 
 _study: Study | None = None  # of this worker process
@@ -123,7 +121,7 @@ def _start_worker(study: Study) -> None:
     _warm_up(study)  # or the first variant of the first task would pay for loading the kernels
 
 
-def _work(task: Task) -> Tables:
+def _work(task: Task) -> StudyTables:
     if _study is None:
         raise RuntimeError("a worker was asked to work before it was started")
     return play_task(_study, task)
@@ -150,24 +148,24 @@ def _warm_up(study: Study) -> None:
 
 def _environment(scenario: Scenario, variant: Variant, instance: int) -> Environment:
     """Return what a variant's learner is to play."""
-    reading = variant.learner.reading_of(variant.parameters)
-    if reading.bins is not None:  # not always hashable, and only needed where each learner makes its own
+    options = variant.learner.adapter_options(variant.parameters)
+    if options.bins is not None:  # not always hashable, and only needed where each learner makes its own
         return scenario.problem(instance)
-    return _resolved(scenario.problem, instance, reading)
+    return _resolved(scenario.problem, instance, options)
 
 
 @lru_cache(maxsize=64)
-def _resolved(make: Callable[[int], Environment], instance: int, reading: Reading) -> Environment:
+def _resolved(make: Callable[[int], Environment], instance: int, options: AdapterOptions) -> Environment:
     """Return the arrays or compiled functions, which all learners of a process share; or else the environment.
 
     What is stepped in Python has a state of its own, so each learner makes one for itself.
     """
     env = make(instance)
-    problem = as_problem(env, reading)
-    return problem if isinstance(problem, (TabularMDP, Simulator)) else env
+    problem = as_problem(env, options)
+    return problem if problem.is_compiled else env
 
 
-def _play_variant(study: Study, scenario: Scenario, variant: Variant, task: Task) -> Tables:
+def _play_variant(study: Study, scenario: Scenario, variant: Variant, task: Task) -> StudyTables:
     is_recorded = variant.name in scenario.record_paths_of and (task.instance, task.run) == (0, 0)
     paths: list[IntArray] = []
     environment = _environment(scenario, variant, task.instance)
@@ -180,7 +178,7 @@ def _play_variant(study: Study, scenario: Scenario, variant: Variant, task: Task
             learner.learn(episodes=scenario.n_episodes)
     seconds = time.thread_time() - before
     key = {"scenario": scenario.name, "variant": variant.name, "instance": task.instance, "run": task.run}
-    return Tables(
+    return StudyTables(
         _runs_frame(key, learner, scenario.n_episodes),
         _weights_frame(key, learner),
         _paths_frame(key, paths),

@@ -1,6 +1,6 @@
-"""Checks for those who write a problem or a learner of their own: what is wrong, and how to mend it.
+"""Checks for those who write a problem or a learner of their own: what is wrong, and how to correct it.
 
-Both return nothing where all is well, and belong into the tests of what they check.
+Both return None where all is well; call them in the tests of what they check.
 """
 
 from tuckerl.testing.check_learner import check_learner

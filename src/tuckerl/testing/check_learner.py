@@ -8,10 +8,10 @@ from typing import Any
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_flag
 from tuckerl.errors import LearnerCheckError, ParameterTypeError
-from tuckerl.testing import learning, repeating
+from tuckerl.testing import declaring, learning, repeating
 from tuckerl.testing.subject import Subject
 from tuckerl.training.learner import Learner
-from tuckerl.training.parameters import LearnerParameters
+from tuckerl.training.parameters import NOT_SAVED, keywords_of
 
 
 def check_learner(
@@ -26,8 +26,9 @@ def check_learner(
     On small problems (a corridor, a slippery floor, one with forbidden actions, a simulator, an environment that Python
     steps), for one agent and three, with and without a tensor step: it learns; tables stay finite or learning stops; no
     forbidden action is taken or believed in; terminal steps are not bootstrapped, and truncated ones are; every row
-    that changes is marked; the same seed gives the same bits; learning in two parts, with or without a file between
-    them, equals learning at once; agents do not depend on how many there are; predictions are greedy.
+    that changes is recorded, and every array that changes is declared, shared and saved; the same seed gives the same
+    bits; learning in two parts, with or without a file between them, equals learning at once; agents do not depend on
+    how many there are; predictions follow what is learned.
 
     Parameters
     ----------
@@ -67,6 +68,7 @@ def check_learner(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of ranks and of divergence, which are meant
         _check_parameters(subject)
+        declaring.check_declarations(subject)
         learning.check_corridor(subject)
         learning.check_changes(subject)
         learning.check_targets(subject, bootstraps=check_flag("bootstraps", bootstraps))
@@ -79,6 +81,12 @@ def check_learner(
 def _check_parameters(subject: Subject) -> None:
     """Check that parameters reach the learner, and that unknown ones do not go unnoticed."""
     learner = subject.on_corridor(alpha=0.25, gamma=0.75, epsilon=0.5)
+    for name in keywords_of(subject.learner_class):
+        if name not in NOT_SAVED and not hasattr(learner, name):
+            raise LearnerCheckError(
+                f"a learner keeps each parameter of its constructor as an attribute of the same name, which is how a "
+                f"file holds it; {subject.name} has no attribute {name!r}: set self.{name} = {name}"
+            )
     for name, value in (("alpha", 0.25), ("gamma", 0.75), ("epsilon", 0.5)):
         if getattr(learner, name) != value:
             raise LearnerCheckError(
@@ -96,5 +104,5 @@ def _check_parameters(subject: Subject) -> None:
         ) from error
     raise LearnerCheckError(
         f"{subject.name}(alhpa=0.25) must be refused, as there is no such parameter; nothing was raised: pass all "
-        f"keywords but your own on; known are {', '.join(LearnerParameters.__annotations__)}"
+        "keywords but your own on, super().__init__(env, **parameters)"
     )

@@ -1,27 +1,23 @@
 """What every problem must keep to, whatever its kind."""
 
-from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import gymnasium
 import pettingzoo
 
-from tuckerl.adapters.making import make_environment
-from tuckerl.adapters.resolve import Environment
+from tuckerl.adapters.making import maker_of
+from tuckerl.adapters.resolve import Environment, as_problem
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterTypeError, ProblemCheckError, ProblemError
 from tuckerl.problems.maze import Maze
-from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.simulator import Simulator
-from tuckerl.testing.arrays import check_arrays
+from tuckerl.problems.problem import Problem
+from tuckerl.testing.carried import KIND_CHECKS
 from tuckerl.testing.environments import check_environment
 from tuckerl.testing.parallel import check_parallel
-from tuckerl.testing.simulators import check_simulator
 
 
 def check_problem(problem: Environment, *, episodes: int = 20, seed: int = 0) -> None:
-    """Look for the usual mistakes in a problem, and say how to mend the first that is found.
+    """Look for the usual mistakes in a problem, and say how to correct the first that is found.
 
     * Arrays and mazes: every episode can end or has a time limit, and there is no trap that should have been an end.
     * Simulators: the functions are called in plain Python and as compiled code, and must agree; they depend on nothing
@@ -57,14 +53,16 @@ def check_problem(problem: Environment, *, episodes: int = 20, seed: int = 0) ->
     >>> check_problem("tuckerl/DynaMaze-v0", episodes=2)
     """
     n_episodes, number = check_int("episodes", episodes, 1), check_int("seed", seed, 0)
-    if isinstance(problem, Maze):
-        check_arrays(problem.to_mdp(), repr(problem))
-    elif isinstance(problem, TabularMDP):
-        check_arrays(problem, repr(problem))
-    elif isinstance(problem, Simulator):
-        check_simulator(problem, n_episodes, number)
+    if isinstance(problem, (Problem, Maze)) and (own := as_problem(problem)).kind in KIND_CHECKS:
+        KIND_CHECKS[own.kind][0](own, repr(problem), n_episodes, number)
     else:
-        env, make = _made(problem)
+        make = maker_of(problem)
+        env: Any = problem if make is None else make()
+        if not isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
+            raise ParameterTypeError(
+                "problem must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable "
+                f"that makes one, a TabularMDP, a Simulator or a Maze; got {env!r}"
+            )
         check = check_parallel if isinstance(env, pettingzoo.ParallelEnv) else check_environment
         try:
             check(env, make, n_episodes, number)
@@ -73,21 +71,3 @@ def check_problem(problem: Environment, *, episodes: int = 20, seed: int = 0) ->
         finally:
             if make is not None:
                 env.close()
-
-
-def _made(problem: Any) -> tuple[Any, Callable[[], Any] | None]:
-    """Return an environment and, where it was not given as an instance, what makes more of them."""
-    make: Callable[[], Any] | None = None
-    env = problem
-    if isinstance(problem, str):
-        make = partial(make_environment, problem)
-    elif callable(problem) and not isinstance(problem, (gymnasium.Env, pettingzoo.ParallelEnv)):
-        make = problem
-    if make is not None:
-        env = make()
-    if not isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
-        raise ParameterTypeError(
-            f"problem must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable "
-            f"that makes one, a TabularMDP, a Simulator or a Maze; got {env!r}"
-        )
-    return env, make

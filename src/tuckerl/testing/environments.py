@@ -12,22 +12,20 @@ import gymnasium
 import numpy as np
 from gymnasium.utils.env_checker import check_env
 
+from tuckerl.adapters.making import name_of
 from tuckerl.adapters.masks import MASK, MaskReader
+from tuckerl.adapters.python_world import EnvironmentCopies
 from tuckerl.adapters.resolve import as_problem
 from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.errors import ObservationError, ProblemCheckError, SpaceError
-from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.simulator import Simulator
 from tuckerl.rng import child, seed_sequence
 from tuckerl.spaces.encoder import SpaceEncoder, space_encoder
-from tuckerl.testing.arrays import check_arrays
-from tuckerl.testing.carried import check_carried_simulator, check_carried_table
+from tuckerl.testing.carried import check_carried
 from tuckerl.testing.playing import Moment, Stage, check_equal, moments
-from tuckerl.testing.simulators import check_simulator
 
 _BESIDE = 200  # steps of two environments side by side
 SEEDS_DECIDE = "the same seed and the same actions must lead to the same play"
-SEEDS_MEND = (
+SEEDS_ADVICE = (
     "draw from self.np_random after super().reset(seed=seed), from nothing global, and let reset set everything anew"
 )
 
@@ -44,33 +42,13 @@ def check_environment(env: Any, make: Callable[[], Any] | None, episodes: int, s
     _check_by_gymnasium(env, source)
     sequence = seed_sequence(seed)
     played = list(moments(stage, child(sequence, 0), episodes))
-    check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_MEND)
-    check_beside(stage, GymStage(another(env, make, source), source), sequence, played)
-    _check_carried(env, stage, played, episodes, seed)
-
-
-def name_of(env: Any) -> str:
-    """Return what an environment is called in messages."""
-    return str(getattr(getattr(env, "spec", None), "id", None) or type(env.unwrapped).__name__)
-
-
-def another(env: Any, make: Callable[[], Any] | None, source: str) -> Any:
-    """Return one more environment like the first.
-
-    Raises
-    ------
-    ProblemCheckError
-        If an instance cannot be copied.
-    """
-    if make is not None:
-        return make()
+    check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_ADVICE)
+    check_beside(stage, GymStage(EnvironmentCopies(env, source, make).another(), source), sequence, played)
     try:
-        return copy.deepcopy(env)
-    except Exception as error:  # whatever a copy raises
-        raise ProblemCheckError(
-            f"{source} cannot be copied ({type(error).__name__}: {error}), as evaluating and several agents need it: "
-            "pass a callable that makes one instead of an instance, here and to learners"
-        ) from error
+        problem = as_problem(env)
+    except SpaceError:  # a Box without bins, so nothing is carried
+        return
+    check_carried(problem, stage, played, episodes, seed)
 
 
 def check_beside(stage: Stage, other: Stage, sequence: np.random.SeedSequence, played: list[Moment]) -> None:
@@ -221,17 +199,3 @@ def _check_by_gymnasium(env: Any, source: str) -> None:
             raise ProblemCheckError(
                 f"{source} does not pass gymnasium.utils.env_checker.check_env: {str(error) or repr(error)}"
             ) from error
-
-
-def _check_carried(env: Any, stage: GymStage, played: list[Moment], episodes: int, seed: int) -> None:
-    """Check the transitions that an environment carries, if any: learners play those."""
-    try:
-        problem = as_problem(env)
-    except SpaceError:  # a Box without bins
-        return
-    if isinstance(problem, Simulator):
-        check_simulator(problem, episodes, seed)
-        check_carried_simulator(problem, stage, played)
-    elif isinstance(problem, TabularMDP):
-        check_arrays(problem, stage.source)
-        check_carried_table(problem, stage, played)

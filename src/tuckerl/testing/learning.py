@@ -8,6 +8,8 @@ from tuckerl.errors import LearnerCheckError
 from tuckerl.generalization.change_log import EPISODES
 from tuckerl.testing.small_problems import FORBIDDEN_VALUE, LENGTH, drift, masked, one_step, overflowing, slippery
 from tuckerl.testing.subject import EVERY, Subject, tensor_step
+from tuckerl.training.declared_state import DeclaredArray
+from tuckerl.training.learner import Learner
 
 _GAMMA = 0.9
 
@@ -31,7 +33,7 @@ def check_changes(subject: Subject) -> None:
     for problem in (slippery(), drift()):
         learner = subject.on(problem, n_agents=2, tensor_step=tensor_step())
         for episode in range(3 * EVERY):
-            before = learner.q
+            before = _shared_tables(learner)
             learner.learn(1)
             if (episode + 1) % EVERY == 0:  # the logs have begun anew, and tables were copied
                 continue
@@ -39,14 +41,26 @@ def check_changes(subject: Subject) -> None:
                 done = int(log.cursor[EPISODES])
                 begin = int(log.end[done - 2]) if done > 1 else 0
                 marked = log.state[begin : log.end[done - 1]]
-                changed = np.flatnonzero((learner.q[table] != before[table]).any(axis=1))
-                missed = np.setdiff1d(changed, marked)
-                if missed.size:
-                    raise LearnerCheckError(
-                        f"every row that changes must be recorded, as the tensor step sees no other; {subject.name} "
-                        f"changed row {missed[0]} in episode {episode} and did not record it: call "
-                        "record_change(agent.log, state) before every change of agent.q[state]"
+                for name, rows in _shared_tables(learner).items():
+                    changed = np.flatnonzero(
+                        (rows[table] != before[name][table]).reshape(len(rows[table]), -1).any(axis=1)
                     )
+                    missed = np.setdiff1d(changed, marked)
+                    if missed.size:
+                        raise LearnerCheckError(
+                            f"every row that changes must be recorded, as the tensor step sees no other; "
+                            f"{subject.name} changed row {missed[0]} of {name} in episode {episode} and did not record "
+                            f"it: call record_change(agent.log, state) before every change of {name}[state]"
+                        )
+
+
+def _shared_tables(learner: Learner) -> dict[str, np.ndarray]:
+    """Return copies of the Q-tables, and of declared arrays of which only recorded rows are shared, (N, S, ...)."""
+    tables: dict[str, np.ndarray] = {"agent.q": learner.q}
+    for declaration in learner.declare_state():
+        if isinstance(declaration, DeclaredArray) and declaration.is_shared_by_rows:
+            tables[declaration.name] = np.stack([held[declaration.name] for held in learner.declared])
+    return tables
 
 
 def check_targets(subject: Subject, *, bootstraps: bool) -> None:
@@ -55,7 +69,7 @@ def check_targets(subject: Subject, *, bootstraps: bool) -> None:
     cases = [(True, 0.5, "discount, which is 0 where the return ended, must multiply what comes after")]
     if bootstraps:
         cases.append((False, 0.5 + _GAMMA * later, "an episode that is only cut off goes on: use discount, not ended"))
-    for terminated, value, mend in cases:
+    for terminated, value, advice in cases:
         initial_q = np.array([[0.0], [later]])
         learner = subject.on(one_step(terminated=terminated), gamma=_GAMMA, initial_q=initial_q).learn(500)
         learned = float(learner.q[0, 0, 0])
@@ -63,7 +77,7 @@ def check_targets(subject: Subject, *, bootstraps: bool) -> None:
             end = "ends" if terminated else "is cut off after"
             raise LearnerCheckError(
                 f"a step that pays 0.5, {end} the episode and leads to a state of value {later:g} must become worth "
-                f"{value:g} with gamma {_GAMMA}; {subject.name} has {learned:g}: {mend}"
+                f"{value:g} with gamma {_GAMMA}; {subject.name} has {learned:g}: {advice}"
             )
 
 
@@ -76,8 +90,8 @@ def check_masks(subject: Subject) -> None:
     if not (q[:, 2] == FORBIDDEN_VALUE).all():
         state = int(np.argmax(q[:, 2] != FORBIDDEN_VALUE))
         raise LearnerCheckError(
-            f"{subject.name} took action 2 in state {state}, where it is forbidden: choose by epsilon_greedy, greedy "
-            "and random_action of tuckerl.training.policies, which know the masks"
+            f"{subject.name} took action 2 in state {state}, where it is forbidden: let the policy choose "
+            "(act_by_policy), or look at agent.action_mask"
         )
     if np.abs(q[:, :2]).max() > 1e3:
         raise LearnerCheckError(
@@ -88,26 +102,26 @@ def check_masks(subject: Subject) -> None:
 
 
 def check_divergence(subject: Subject) -> None:
-    """Check that learning stops where a table leaves the finite numbers."""
+    """Check that learning stops where a table is not finite any more."""
     learner = subject.on(overflowing(), alpha=1.0, gamma=1.0).learn(5)
     if learner.diverged_at is None:
         raise LearnerCheckError(
-            f"learning must stop where a table leaves the finite numbers; {subject.name} went on with "
-            f"{learner.q.max():g}: let turn return NOT_FINITE where the new value is not finite, or leave return False"
+            f"learning must stop where a table is not finite any more; {subject.name} went on with "
+            f"{learner.q.max():g}: let update, or end_episode, return False where a new value is not finite"
         )
 
 
 def check_predictions(subject: Subject) -> None:
-    """Check that predictions are greedy actions, one by one and together."""
+    """Check that predictions are the most probable actions, one by one and together."""
     learner = subject.on(slippery()).learn(20)
     states = np.arange(learner.problem.n_states)
-    together: Any = learner.predict(states)[0]
-    single = [learner.predict(int(state))[0] for state in states]
+    together: Any = learner.predict(states, deterministic=True)[0]
+    single = [learner.predict(int(state), deterministic=True)[0] for state in states]
     if list(together) != single:
         raise LearnerCheckError(
             f"predictions one by one must be those of a batch; {subject.name} gave {single} and {list(together)}"
         )
-    greedy = learner.q[0].argmax(axis=1)
+    greedy = learner.acting_policy_in_use.preferences(learner.q[0], learner.declared[0]).argmax(axis=1)
     if not np.array_equal(together, greedy):
         raise LearnerCheckError(
             f"predictions must be greedy, the lowest action on ties; {subject.name} gave {list(together)} where its "

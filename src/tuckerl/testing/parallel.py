@@ -16,25 +16,23 @@ from pettingzoo.utils.conversions import (
 )
 
 from tuckerl.adapters.joint import JointEnv
+from tuckerl.adapters.making import name_of
 from tuckerl.adapters.masks import MaskReader
-from tuckerl.adapters.resolve import Agents, Reading, as_problem
+from tuckerl.adapters.python_world import EnvironmentCopies
+from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.errors import ProblemCheckError, SpaceError
-from tuckerl.problems.mdp import TabularMDP
 from tuckerl.rng import child, seed_sequence
 from tuckerl.spaces.encoder import space_encoder
-from tuckerl.testing.arrays import check_arrays
-from tuckerl.testing.carried import check_carried_table
+from tuckerl.testing.carried import check_carried
 from tuckerl.testing.environments import (
+    SEEDS_ADVICE,
     SEEDS_DECIDE,
-    SEEDS_MEND,
     GymStage,
-    another,
     check_beside,
     check_observation,
     check_reward,
     encoder_of_observations,
-    name_of,
     read_mask,
 )
 from tuckerl.testing.playing import Moment, Stage, check_equal, moments
@@ -53,12 +51,12 @@ def check_parallel(env: Any, make: Callable[[], Any] | None, episodes: int, seed
     """
     source = name_of(env)
     stage = ParallelStage(env, source)
-    sequence = seed_sequence(seed)
+    sequence, copies = seed_sequence(seed), EnvironmentCopies(env, source, make)
     played = list(moments(stage, child(sequence, 0), episodes))
-    _check_by_pettingzoo(another(env, make, source), source)
-    check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_MEND)
-    check_beside(stage, ParallelStage(another(env, make, source), source), sequence, played)
-    _check_carried(env, source, sequence, episodes)
+    _check_by_pettingzoo(copies.another(), source)
+    check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_ADVICE)
+    check_beside(stage, ParallelStage(copies.another(), source), sequence, played)
+    _check_carried(env, source, episodes, seed)
 
 
 class ParallelStage(Stage):
@@ -171,13 +169,13 @@ def _check_by_pettingzoo(env: Any, source: str) -> None:
             ) from error
 
 
-def _check_carried(env: Any, source: str, sequence: np.random.SeedSequence, episodes: int) -> None:
+def _check_carried(env: Any, source: str, episodes: int, seed: int) -> None:
     """Check the joint transitions that an environment carries, if any: Team-Q plays those."""
     try:
-        problem = as_problem(env, Reading(Agents.JOINT))
+        problem = as_problem(env, AdapterOptions(Agents.JOINT))
     except SpaceError:  # a Box without bins
         return
-    if isinstance(problem, TabularMDP):
-        check_arrays(problem, source)
+    if problem.is_compiled:
         stage = GymStage(JointEnv(env), source)
-        check_carried_table(problem, stage, list(moments(stage, child(sequence, 2), episodes)))
+        played = list(moments(stage, child(seed_sequence(seed), 2), episodes))
+        check_carried(problem, stage, played, episodes, seed)

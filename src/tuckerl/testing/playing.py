@@ -82,19 +82,19 @@ def _watched(stage: Stage, call: Any, where: str) -> Moment:
     return moment
 
 
-def check_equal(first: Iterable[Moment], second: Iterable[Moment], what: str, mend: str) -> None:
+def check_equal(first: Iterable[Moment], second: Iterable[Moment], what: str, advice: str) -> None:
     """Check that two plays are one.
 
     Raises
     ------
     ProblemCheckError
-        ``what``, then where they part, then ``mend``.
+        ``what``, then where they part, then ``advice``.
     """
     for one, other in zip_longest(first, second):
         if one is None or other is None:
             where = (one or other).where
-            raise ProblemCheckError(f"{what}; one play ended and the other went on {where}: {mend}")
+            raise ProblemCheckError(f"{what}; one play ended and the other went on {where}: {advice}")
         for name in Moment._fields[1:]:
             ours, theirs = getattr(one, name), getattr(other, name)
             if not data_equivalence(ours, theirs, exact=True):
-                raise ProblemCheckError(f"{what}; {one.where} the {name} was {ours!r}, then {theirs!r}: {mend}")
+                raise ProblemCheckError(f"{what}; {one.where} the {name} was {ours!r}, then {theirs!r}: {advice}")

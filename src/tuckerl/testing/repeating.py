@@ -6,18 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import LearnerCheckError
-from tuckerl.problems.mdp import TabularMDP
 from tuckerl.testing.small_problems import corridor, drift, slippery, stepped_corridor
 from tuckerl.testing.subject import EVERY, Subject, check_same, tensor_step
 from tuckerl.training.learner import Learner
 
 _FIRST, _MORE = 2 * EVERY + 3, EVERY  # the first part ends within a window
 _KEEP = (
-    "what the learner keeps beside its table must be an array that is made once, saved by _saved_arrays and restored "
-    "by _restore_arrays, not be made anew in _method"
+    "what the algorithm keeps beside its Q-table must be an array that declare_state returns, not one that constants "
+    "makes anew"
 )
 _STREAM = "draw by tuckerl.rng.uniform(agent.rng) and below(n, agent.rng), from nothing else"
 _SEED = f"{_STREAM}, and keep nothing in the class or the module"
@@ -29,7 +27,7 @@ def check_repeats(subject: Subject, env: Environment | None) -> None:
     _check_seeds(subject)
     _check_agents(subject)
     for problem in (slippery(), drift(), *own):
-        several = 1 if isinstance(subject.on(problem).problem, PettingZooProblem) else 3
+        several = 1 if subject.on(problem).problem.shares_world else 3
         for n_agents, step in ((1, None), (several, tensor_step())):
             settings = {"n_agents": n_agents, "tensor_step": step}
             learners = [subject.on(problem, **settings).learn(_FIRST) for _ in range(2)]
@@ -56,8 +54,7 @@ def _check_parts(subject: Subject, problem: Any, settings: dict[str, Any]) -> No
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "learner.tuckerl"
         parts.save(path)
-        # Arrays are in the file; what is code is not.
-        loaded = _loaded(subject, path, None if isinstance(parts.problem, TabularMDP) else problem)
+        loaded = _loaded(subject, path, None if parts.problem.is_data else problem)
     parts.learn(_MORE)
     what = f"learning {_FIRST} and then {_MORE} episodes must equal learning {_FIRST + _MORE}"
     check_same(whole, parts, f"{what}, with {settings['n_agents']} of {subject.name}", _KEEP)
@@ -71,8 +68,8 @@ def _loaded(subject: Subject, path: Path, env: Environment | None) -> Learner:
         learner = subject.learner_class.load(path, env=env)
     except Exception as error:  # whatever the learner's own part of it raises
         raise LearnerCheckError(
-            f"{subject.name}.load must read what save wrote; it raised {type(error).__name__}: {error}: return the "
-            "constructor's own parameters by _parameters, and own arrays by _saved_arrays and _restore_arrays"
+            f"{subject.name}.load must read what save wrote; it raised {type(error).__name__}: {error}: keep the "
+            "constructor's parameters as attributes of the same names, and declare arrays in declare_state"
         ) from error
     return learner
 
@@ -87,7 +84,8 @@ def _check_agents(subject: Subject) -> None:
         table = int(np.argmax([(two.q[i] != three.q[i]).any() for i in range(2)]))
         raise LearnerCheckError(
             f"agents must not depend on how many there are; agent {table} of {subject.name} learned something else "
-            "beside two others than beside one: let _method(agent) return arrays of that agent only"
+            "beside two others than beside one: declare in declare_state what an agent "
+            "keeps, so that each has its own"
         )
     if np.array_equal(three.q[0], three.q[1]):
         raise LearnerCheckError(f"two agents of {subject.name} learned the same by chance: {_STREAM}")

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tuckerl.errors import ProblemCheckError, SimulatorError
+from tuckerl.problems.dynamics import reset, step
 from tuckerl.problems.simulator import KIND, Simulator, first_entry
 from tuckerl.rng import child, seed_sequence, stream
 from tuckerl.testing.limits import BUDGET, LONGEST
-from tuckerl.training.dynamics import reset, step
 from tuckerl.types import FloatArray, Stream
 
 TOLERANCE = 1e-9
@@ -171,7 +171,7 @@ class _Interpreted:
             returned = function(parameters, *arguments)
         except Exception as error:  # whatever a user's function raises
             raise ProblemCheckError(
-                f"{role} raised {type(error).__name__} {where}: {error}; mend it, as compiled code cannot raise"
+                f"{role} raised {type(error).__name__} {where}: {error}; correct it, as compiled code cannot raise"
             ) from error
         if not _same(parameters, self.simulator.parameters):
             raise ProblemCheckError(

@@ -15,7 +15,7 @@ from tuckerl.types import FloatArray, Stream
 
 LENGTH = 5
 FORBIDDEN_VALUE = 1e6
-"""What actions that may not be taken seem to be worth in `masked`: nobody may believe it."""
+"""The initial value of the actions that may not be taken in `masked`: learners must not use it."""
 
 
 def corridor() -> TabularMDP:
@@ -129,6 +129,5 @@ class CorridorEnv(gymnasium.Env[Any, Any]):
 
 def stepped_corridor() -> GymnasiumProblem:
     """Return the corridor as Python steps it."""
-    problem = GymnasiumProblem(CorridorEnv(), "corridor", CorridorEnv, max_episode_steps=200)
-    problem.heuristic = corridor().heuristic
-    return problem
+    heuristic = corridor().heuristic
+    return GymnasiumProblem(CorridorEnv(), "corridor", CorridorEnv, max_episode_steps=200, heuristic=heuristic)

@@ -35,18 +35,18 @@ def tensor_step() -> TensorStep:
     return TensorStep(every=EVERY, ranks=(3, 2, 2, 1), floor=0.1)
 
 
-def check_same(learner: Learner, other: Learner, what: str, mend: str) -> None:
+def check_same(learner: Learner, other: Learner, what: str, advice: str) -> None:
     """Check that two learners have learned the same, to the last bit.
 
     Raises
     ------
     LearnerCheckError
-        ``what``, then where they part, then ``mend``.
+        ``what``, then where they part, then ``advice``.
     """
     for name in ("steps", "returns", "q", "action_weights"):
         ours, theirs = getattr(learner, name), getattr(other, name)
         if ours.shape != theirs.shape:
-            raise LearnerCheckError(f"{what}; {name} had the shape {ours.shape}, then {theirs.shape}: {mend}")
+            raise LearnerCheckError(f"{what}; {name} had the shape {ours.shape}, then {theirs.shape}: {advice}")
         if not np.array_equal(ours, theirs):
             where = tuple(int(i) for i in np.argwhere(ours != theirs)[0])
-            raise LearnerCheckError(f"{what}; {name}{list(where)} was {ours[where]}, then {theirs[where]}: {mend}")
+            raise LearnerCheckError(f"{what}; {name}{list(where)} was {ours[where]}, then {theirs[where]}: {advice}")

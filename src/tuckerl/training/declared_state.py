@@ -65,6 +65,11 @@ class DeclaredArray:
         if self.share not in SHARING:
             raise ParameterError(f"share of {self.name!r} must be one of {', '.join(SHARING)}; got {self.share!r}")
 
+    @property
+    def is_shared_by_rows(self) -> bool:
+        """Whether agents share only those rows that were recorded as changed."""
+        return self.share in ("by_entry", "by_row") and self.shape[:1] == ("states",)
+
     def create(self, initial_q: FloatArray) -> np.ndarray:
         """Return the array of one agent; `initial_q` is (S, A)."""
         sizes = {"states": initial_q.shape[0], "actions": initial_q.shape[1]}
@@ -132,7 +137,7 @@ def share_state(
             if array is not source:
                 array[...] = source
         return
-    rows: Any = states if states is not None and declaration.shape[0] == "states" else slice(None)
+    rows: Any = states if states is not None and declaration.is_shared_by_rows else slice(None)
     tables = np.stack([array[rows] for array in values])
     share_tables(tables, mixture, None)
     if declaration.share == "by_row" and not is_copy:

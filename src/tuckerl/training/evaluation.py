@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.python_world import STEP_CAP
+from tuckerl.adapters.python_problem import STEP_CAP
 from tuckerl.errors import StepCapWarning
 from tuckerl.interrupts import interrupts_held_back
+from tuckerl.intervals import bca_interval
 from tuckerl.rng import child, stream
 from tuckerl.training.agent_arrays import EpisodeRecord
 from tuckerl.training.loop import play, play_together
@@ -19,8 +19,6 @@ CAPPED = (
     "an episode was cut off after {} steps, as the environment has no time limit: set one, for example with "
     "gymnasium.make(..., max_episode_steps=...)"
 )
-CONFIDENCE = 0.95
-N_RESAMPLES = 9999
 _BOOTSTRAP = 2**32 - 1  # the child of the seed for the interval
 _ALL = np.iinfo(np.int64).max
 
@@ -55,10 +53,8 @@ def evaluate(
     """
     problem = predictor.problem
     if problem.max_episode_steps is None:  # a greedy policy may go round in circles for ever
-        problem = problem.with_time_limit(STEP_CAP)
-        problem.is_capped = True  # a new one: the learner's own stays as it is
-    shared = isinstance(problem, PettingZooProblem)
-    n_agents = len(predictor.q) if shared else 1
+        problem = problem.with_time_limit(STEP_CAP, is_capped=True)
+    n_agents = len(predictor.q) if problem.shares_world else 1
     world = problem.world()
     world.seed(child(sequence, 0))
     steps, returns = np.zeros((n_agents, episodes), dtype=np.int64), np.zeros((n_agents, episodes))
@@ -76,7 +72,7 @@ def evaluate(
     arrays: Any = world.arrays
     try:
         with interrupts_held_back(bearable=0):
-            if shared:
+            if problem.shares_world:
                 play_together(arrays, agents)
             else:
                 play(arrays, agents[0])
@@ -93,14 +89,7 @@ def evaluate(
 
 
 def mean_interval(values: FloatArray, rng: np.random.Generator) -> tuple[float, float]:
-    """Return the 95 % interval of a mean, by the BCa bootstrap (Efron 1987); NaN for a single value."""
-    from scipy import stats  # takes longer to import than to play many an environment
-
-    if values.size < 2:
-        return np.nan, np.nan
-    if np.ptp(values) == 0:  # every resample gives the same mean, for which BCa is not defined
+    """Return the 95 % interval of a mean, by the BCa bootstrap; NaN for a single value."""
+    if values.size > 1 and np.ptp(values) == 0:  # every resample gives the same mean, for which BCa is not defined
         return float(values[0]), float(values[0])
-    result = stats.bootstrap(
-        (values,), np.mean, n_resamples=N_RESAMPLES, confidence_level=CONFIDENCE, batch=1000, rng=rng
-    )
-    return float(result.confidence_interval.low), float(result.confidence_interval.high)
+    return bca_interval((values,), np.mean, rng)

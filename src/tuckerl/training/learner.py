@@ -16,18 +16,17 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.resolve import Agents, Environment, Problem, Reading, as_problem, check_compiled
+from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment, as_problem, check_compiled
 from tuckerl.checks import check_flag, check_int, check_name, check_real
 from tuckerl.errors import (
     DivergenceWarning,
-    ParameterError,
-    ProblemError,
     SavedFileError,
     SavedFileMissingError,
 )
 from tuckerl.generalization.change_log import ChangeLog
-from tuckerl.generalization.step import Loadings, TensorStep, TensorStepHistory, empty_history
+from tuckerl.generalization.loadings import Loadings
+from tuckerl.generalization.step import TensorStep, TensorStepHistory, empty_history
+from tuckerl.problems.problem import Problem
 from tuckerl.rng import child, seed_sequence
 from tuckerl.training import persistence
 from tuckerl.training.agent_arrays import Settings
@@ -36,6 +35,7 @@ from tuckerl.training.declared_state import Declaration
 from tuckerl.training.evaluation import Evaluation, evaluate
 from tuckerl.training.history import EpisodeHistory
 from tuckerl.training.parameters import (
+    check_equal_spaces,
     check_initial_q,
     check_known,
     check_memory,
@@ -162,12 +162,13 @@ class Learner(ABC):
         self.seed_sequence = seed_sequence(seed)
         self.compiled = check_compiled(compiled)
         options = {"bins": bins, "compiled": self.compiled, "team_reward": self.team_reward}
-        self.problem: Problem = as_problem(env, self.reading_of(options))
+        self.problem: Problem = as_problem(env, self.adapter_options(options))
         """What is played: arrays, compiled functions, or an environment that is stepped in Python."""
-        self.n_agents = _n_agents(self.problem, n_agents, self.tensor_step)
+        self.n_agents = self.problem.n_tables(n_agents)
         """Length of the agent axis: the number of agents, or of a PettingZoo environment's agents."""
         shape = (self.problem.n_states, self.problem.n_actions)
         check_memory(self.n_agents, *shape)
+        check_equal_spaces(self.problem, self.tensor_step)
         self.initial_q = check_initial_q(initial_q, shape)
         self._python_calls: list[PythonCall] = []
         self._acting_policy = self.acting_policy(self.default_policy(chosen) if policy is None else chosen)
@@ -175,9 +176,9 @@ class Learner(ABC):
         self._prediction_rng = np.random.default_rng(child(self.seed_sequence, _PREDICTION_STREAM))
 
     def _new_state(self) -> TrainingState:
-        shared = isinstance(self.problem, PettingZooProblem)
+        n_worlds = 1 if self.problem.shares_world else self.n_agents
         return TrainingState(
-            [self.problem.world() for _ in range(1 if shared else self.n_agents)],
+            [self.problem.world() for _ in range(n_worlds)],
             self.initial_q,
             n_agents=self.n_agents,
             tensor_step=self.tensor_step,
@@ -224,9 +225,9 @@ class Learner(ABC):
         return policy
 
     @classmethod
-    def reading_of(cls, parameters: Mapping[str, Any]) -> Reading:
+    def adapter_options(cls, parameters: Mapping[str, Any]) -> AdapterOptions:
         """Return how a learner with these parameters reads its environment."""
-        return Reading(cls.reads_agents, parameters.get("bins"), parameters.get("compiled", "auto"))
+        return AdapterOptions(cls.reads_agents, parameters.get("bins"), parameters.get("compiled", "auto"))
 
     def call_from_kernels(self, function: Callable[[int], int]) -> PythonCall:
         """Return a Python function in a form that the algorithm's kernels can call.
@@ -460,6 +461,16 @@ class Learner(ABC):
         return self._state.q.copy()
 
     @property
+    def declared(self) -> tuple[dict[str, Any], ...]:
+        """What each agent keeps under the names of `declare_state` and of the policy's; not copies."""
+        return self._state.declared
+
+    @property
+    def acting_policy_in_use(self) -> Policy:
+        """The policy by which actions are chosen while learning."""
+        return self._acting_policy
+
+    @property
     def change_logs(self) -> tuple[ChangeLog, ...]:
         """Which rows of each agent's table changed in the present window, as the kernels recorded it."""
         return self._state.logs
@@ -564,20 +575,3 @@ class Learner(ABC):
 
 _own = signature(Learner.__init__)
 Learner.__signature__ = _own.replace(parameters=list(_own.parameters.values())[1:])  # type: ignore[attr-defined]
-
-
-def _n_agents(problem: Problem, n_agents: int, step: TensorStep | None) -> int:
-    """Return how many agents there are to be."""
-    if not isinstance(problem, PettingZooProblem):
-        return n_agents
-    if n_agents != 1:
-        raise ParameterError(
-            f"n_agents must stay 1 where each of the environment's {len(problem.agents)} agents has a table; got "
-            f"{n_agents}"
-        )
-    if step is not None and not problem.are_equal:
-        raise ProblemError(
-            "a tensor step needs agents whose observations and actions have equal spaces, as it puts their tables "
-            f"into one tensor; those of {problem.source} differ: leave tensor_step out"
-        )
-    return len(problem.agents)

@@ -5,9 +5,16 @@ from typing import Any
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.adapters.pettingzoo_problem import PettingZooArrays, step_together
-from tuckerl.adapters.python_world import TERMINATED
 from tuckerl.generalization.change_log import close_episode
+from tuckerl.problems.dynamics import (
+    TERMINATED,
+    WorldArrays,
+    is_out_of_time,
+    must_return,
+    reset,
+    step,
+    step_together,
+)
 from tuckerl.training.agent_arrays import (
     AgentArrays,
     Transition,
@@ -16,7 +23,6 @@ from tuckerl.training.agent_arrays import (
     record_state,
 )
 from tuckerl.training.algorithm import NOT_FINITE, act, end_episode, learn_and_act
-from tuckerl.training.dynamics import WorldArrays, halted, out_of_time, reset, step
 
 
 @kernel
@@ -40,18 +46,18 @@ def play(world: WorldArrays, agent: AgentArrays) -> int:
         if n_steps >= record.max_steps:
             return episode
         state, steps, total, ended = reset(world, agent.rng), 0, 0.0, False
-        if halted(world):
+        if must_return(world):
             return episode
         begin_episode(agent, episode)
         record_state(record, 0, state)
         action: Any = np.uint32(act(agent.algorithm, agent, state))  # unsigned, as states are: a tenth of the time
         while not ended:
             next_state, reward, terminated = step(world, state, action, agent.rng)
-            if halted(world):
+            if must_return(world):
                 end_episode(agent.algorithm, agent, False)
                 return episode
             steps, total = steps + 1, total + reward
-            ended = terminated or out_of_time(world, steps)
+            ended = terminated or is_out_of_time(world, steps)
             discount = settings.terminal_discount if terminated else settings.gamma
             transition = Transition(state, action, reward, discount, next_state, ended)
             chosen = learn_and_act(agent.algorithm, agent, transition)
@@ -69,12 +75,12 @@ def play(world: WorldArrays, agent: AgentArrays) -> int:
 
 
 @kernel
-def play_together(world: PettingZooArrays, agents: tuple[AgentArrays, ...]) -> int:
+def play_together(world: WorldArrays, agents: tuple[AgentArrays, ...]) -> int:
     """Let the agents of one world play and learn the episodes that their records have room for.
 
     Parameters
     ----------
-    world : PettingZooArrays
+    world : WorldArrays
     agents : tuple of AgentArrays
         In the order of the world's agents.
 
@@ -88,13 +94,13 @@ def play_together(world: PettingZooArrays, agents: tuple[AgentArrays, ...]) -> i
         if n_steps >= record.max_steps:
             return episode
         step_together(world, True)
-        if halted(world):
+        if must_return(world):
             return episode
         _begin_together(world, agents, episode)
         steps, n_playing = 0, 1
         while n_playing > 0:
             step_together(world, False)
-            if halted(world):
+            if must_return(world):
                 _break_off(agents)
                 return episode
             steps += 1
@@ -109,7 +115,7 @@ def play_together(world: PettingZooArrays, agents: tuple[AgentArrays, ...]) -> i
 
 
 @kernel
-def _begin_together(world: PettingZooArrays, agents: tuple[AgentArrays, ...], episode: int) -> None:
+def _begin_together(world: WorldArrays, agents: tuple[AgentArrays, ...], episode: int) -> None:
     for i in range(len(agents)):
         agent = agents[i]
         record_episode(agent.record, episode, 0, 0.0)
@@ -121,7 +127,7 @@ def _begin_together(world: PettingZooArrays, agents: tuple[AgentArrays, ...], ep
 
 
 @kernel
-def _learn_together(world: PettingZooArrays, agents: tuple[AgentArrays, ...], episode: int, steps: int) -> int:
+def _learn_together(world: WorldArrays, agents: tuple[AgentArrays, ...], episode: int, steps: int) -> int:
     """Let every agent that was playing learn from the step; return how many play on, -1 if a value is not finite."""
     n_playing = 0
     for i in range(len(agents)):

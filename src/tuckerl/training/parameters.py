@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import check_real
-from tuckerl.errors import ParameterError, ParameterTypeError, TableSizeError
+from tuckerl.checks import check_real, did_you_mean
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TableSizeError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
+from tuckerl.problems.problem import Problem
 from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy
 from tuckerl.training.policies.policy import Policy
 from tuckerl.training.schedules import Schedule
@@ -66,14 +67,11 @@ def check_known(learner: type, parameters: "Mapping[str, object]") -> None:
     ParameterTypeError
         If there is one.
     """
-    from difflib import get_close_matches
-
     known = keywords_of(learner)
     unknown = set(parameters) - {*known, "env"}
     if unknown:
         name = min(unknown)
-        close = get_close_matches(name, known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else f"it takes {', '.join(known)}"
+        hint = did_you_mean(name, known) or f"it takes {', '.join(known)}"
         raise ParameterTypeError(f"{learner.__name__} has no parameter {name!r}: {hint}")
 
 
@@ -128,6 +126,21 @@ def check_initial_q(initial_q: object, shape: tuple[int, int]) -> FloatArray:
             f"{expected}; got shape {table.shape}{'' if np.isfinite(table).all() else ' with NaN or infinity in it'}"
         )
     return table
+
+
+def check_equal_spaces(problem: Problem, step: TensorStep | None) -> None:
+    """Refuse a tensor step for agents whose tables differ in size.
+
+    Raises
+    ------
+    ProblemError
+        If that is so.
+    """
+    if step is not None and not problem.has_equal_spaces:
+        raise ProblemError(
+            "a tensor step needs agents whose observations and actions have equal spaces, as it puts their tables "
+            f"into one tensor; those of {problem.source} differ: leave tensor_step out"
+        )
 
 
 def check_memory(n_agents: int, n_states: int, n_actions: int) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 
 from tuckerl._version import __version__
+from tuckerl.adapters.kinds import restore_problem, save_problem
 from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.generalization.step import TensorStep
@@ -19,7 +20,6 @@ from tuckerl.training.learner_file import Arrays, Header, of_prefix, with_prefix
 from tuckerl.training.parameters import NOT_SAVED, keywords_of
 from tuckerl.training.policies import POLICIES, policy_class
 from tuckerl.training.policies.policy import Policy
-from tuckerl.training.saved_problems import problem_parts, restored_problem
 from tuckerl.training.schedules import as_json, from_json
 from tuckerl.training.training_state import TrainingState
 
@@ -73,7 +73,7 @@ def save(learner: "Learner", state: TrainingState, prediction_rng: np.random.Gen
     OutputError
         If it cannot be written.
     """
-    problem_header, problem_arrays = problem_parts(learner.problem)
+    problem_header, problem_arrays = save_problem(learner.problem)
     header = {
         "tuckerl": __version__,
         "learner": type(learner).__name__,
@@ -111,7 +111,9 @@ def load(
     for name in keywords_of(kind):
         if name in arrays and name not in parameters:  # format 1 had other arrays of such names
             parameters[name] = float(arrays[name]) if arrays[name].ndim == 0 else arrays[name]
-    problem = restored_problem(header["problem"], of_prefix("problem", arrays), env, path, kind.reading_of(parameters))
+    problem = restore_problem(
+        header["problem"], of_prefix("problem", arrays), env, path, kind.adapter_options(parameters)
+    )
     learner = kind(
         problem, **parameters, tensor_step=_restored_step(header["tensor_step"], tensor_step, path), seed=saved.seed
     )

@@ -4,16 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from tuckerl._jit import kernel
-from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
-from tuckerl.adapters.masks import MaskReader
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.resolve import Problem
-from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError
 from tuckerl.generalization.change_log import empty_log
-from tuckerl.spaces.encoder import SpaceEncoder
+from tuckerl.problems.problem import Problem
 from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
 from tuckerl.training.evaluation_algorithm import EvaluationState
 from tuckerl.training.policies.greedy import Greedy
@@ -122,10 +117,10 @@ class Predictor:
             If an observation is none of the environment's.
         """
 
-        def choose(agent: int, states: NDArray[Any]) -> NDArray[Any]:
+        def choose(agent: int, states: NDArray[Any], action_mask: BoolArray | None) -> NDArray[Any]:
             return self._choose(agent, states, deterministic)
 
-        return decide(self.problem, observation, choose)
+        return self.problem.decide(observation, choose)
 
     def _choose(self, agent: int, states: NDArray[Any], deterministic: bool | None) -> NDArray[Any]:
         """Return the actions in states of any shape."""
@@ -146,74 +141,3 @@ class Predictor:
         allowed = np.where(action_mask[states], values, -np.inf) if action_mask.size else values
         actions: NDArray[Any] = allowed.argmax(axis=-1)
         return actions
-
-
-def decide(problem: Problem, observation: Any, choose: Any) -> Any:
-    """Return what an environment is to be given for what it gave; ``choose(agent, states)`` returns actions."""
-    if isinstance(problem, PettingZooProblem):
-        return _by_agent(problem, observation, choose)
-    if not isinstance(problem, GymnasiumProblem):
-        states = check_observation(observation, problem.n_states)
-        chosen = choose(0, states)
-        return int(chosen) if states.ndim == 0 else chosen
-    if problem.agents and isinstance(observation, Mapping):
-        joint = _of_agents(observation, problem)
-        return dict(zip(problem.agents, decide(problem, joint, choose), strict=True))
-    return _by_encoder(problem.read, problem.observations, problem.actions, observation, lambda s: choose(0, s))
-
-
-def _by_agent(problem: PettingZooProblem, observations: Any, choose: Any) -> dict[Any, Any]:
-    if not isinstance(observations, Mapping) or not set(observations) <= set(problem.agents):
-        raise ObservationError(
-            f"observations must be a dict by agent, of {', '.join(map(str, problem.agents))}; got {observations!r}"
-        )
-    chosen = {}
-    for agent, observation in observations.items():
-        place = problem.agents.index(agent)
-        parts = problem.readers[place], problem.observations[place], problem.actions[place]
-        chosen[agent] = _by_encoder(*parts, observation, lambda states, place=place: choose(place, states))
-    return chosen
-
-
-def _of_agents(observations: Mapping[Any, Any], problem: GymnasiumProblem) -> tuple[Any, ...]:
-    missing = [name for name in problem.agents if name not in observations]
-    if missing:
-        raise ObservationError(
-            f"observations must have one of each agent, {', '.join(map(str, problem.agents))}; {missing[0]} has none: "
-            "for one that has left, give its last"
-        )
-    readers = zip(problem.agents, problem.agent_readers, strict=True)
-    return tuple(reader.part(observations[name]) for name, reader in readers)
-
-
-def _by_encoder(
-    reader: MaskReader, observations: SpaceEncoder, actions: SpaceEncoder, observation: Any, choose: Any
-) -> Any:
-    observation = reader.part(observation)
-    if not observations.is_batch(observation):
-        return actions.decode(int(choose(np.array(observations.encode(observation)))[()]))
-    states = observations.encode_many(observation)
-    return np.array([actions.decode(int(a)) for a in choose(states)])
-
-
-def check_observation(observation: ArrayLike, n_states: int) -> NDArray[Any]:
-    """Return a state's number, or several, as an array of integers.
-
-    Raises
-    ------
-    ParameterError, ParameterTypeError
-        If it is no such number.
-    """
-    try:
-        states = np.asarray(observation)
-    except ValueError:  # lists of different lengths
-        states = np.zeros(0)
-    if states.dtype.kind not in "iu":
-        hint = ""
-        if isinstance(observation, Mapping):  # a team that plays the extracted joint transition table
-            hint = ": pass the joint state's, such as env.state(), or learn with compiled=False to pass what agents "
-            hint += "observe"
-        raise ParameterTypeError(f"an observation must be a state's number; got {observation!r}{hint}")
-    if states.size and (states.min() < 0 or states.max() >= n_states):
-        raise ParameterError(f"an observation must be a state from 0 to {n_states - 1}; got {observation!r}")
-    return states

@@ -4,11 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.problems.mdp import TabularMDP
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.learner import name_of, names_of_actions
-from tuckerl.reports.inspect.text import joined, number, span
-from tuckerl.reports.text import counted
+from tuckerl.reports.learner_text import name_of
+from tuckerl.reports.text import counted, joined, number, span
 from tuckerl.training.learner import Learner
 
 _MOST_ACTIONS = 10
@@ -35,19 +33,21 @@ def learner_lines(learner: Learner) -> list[str]:
         f"{counted(steps, 'step')}"
     )
     if learner.diverged_at is not None:
-        lines.append(f"A table left the finite numbers in episode {learner.diverged_at:,}, where learning stopped")
+        lines.append(
+            f"The values of a table were no longer finite in episode {learner.diverged_at:,}, where learning stopped"
+        )
     lines.append(f"Action weights: {_weights(learner)}")
     value = _value_of_start(learner)
     return lines if value is None else [*lines, f"Greedy value of the start (agent 0): {number(value)}"]
 
 
-def tensor_lines(inside: Inspection, shape: tuple[int, ...]) -> list[str]:
+def tensor_lines(inspection: Inspection, shape: tuple[int, ...]) -> list[str]:
     """Return a tensor's sizes, and how well its decomposition fits it."""
     kinds = zip(shape, ("state", "action", "episode", "agent"), strict=True)
     lines = [f"Tensor: {joined(counted(size, kind) for size, kind in kinds)}"]
-    if inside.loadings is None:
+    if inspection.loadings is None:
         return [*lines, "All of it is zero: there is nothing to decompose"]
-    return [*lines, f"Decomposition with ranks {inside.loadings.core.shape}: fit {number(inside.loadings.fit)}"]
+    return [*lines, f"Decomposition with ranks {inspection.loadings.core.shape}: fit {number(inspection.loadings.fit)}"]
 
 
 def _name(value: Any) -> str:
@@ -55,7 +55,7 @@ def _name(value: Any) -> str:
 
 
 def _weights(learner: Learner) -> str:
-    weights, names = learner.action_weights, names_of_actions(learner.problem)
+    weights, names = learner.action_weights, learner.problem.action_names
     if weights.size > _MOST_ACTIONS or np.ptp(weights) == 0:
         return span(weights)
     return joined(f"{name} {number(float(weight))}" for name, weight in zip(names, weights, strict=True))
@@ -65,9 +65,9 @@ def _value_of_start(learner: Learner) -> float | None:
     """Return agent 0's largest value of the first state, on average over these; None where that is not known."""
     mask = learner.action_mask
     best = np.where(True if mask is None else mask[0], learner.q[0], -np.inf).max(axis=-1)
-    if isinstance(learner.problem, TabularMDP):
-        arrays = learner.problem.arrays
-        probability = np.diff(arrays.start_cumulative, prepend=0.0)
-        return float(best[arrays.start_state] @ probability)
+    start = learner.problem.start_distribution()
+    if start is not None:
+        states, probability = start
+        return float(best[states] @ probability)
     path = learner.trajectories[0]
     return float(best[path[0]]) if path.size else None

@@ -1,0 +1,198 @@
+"""What all problems that Python steps have in common: numbers for observations and actions, time limits, files."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+
+from tuckerl.adapters.action_names import action_names_of
+from tuckerl.adapters.masks import MaskReader
+from tuckerl.adapters.python_world import EnvironmentCopies
+from tuckerl.errors import ParameterError, SavedFileError
+from tuckerl.problems.parts import StateFactor
+from tuckerl.problems.problem import GIVE_ENV, Arrays, Choose, Header, Problem
+from tuckerl.spaces.encoder import SpaceEncoder, digit_names, space_encoder, space_encoder_of_edges
+from tuckerl.types import BoolArray, FloatArray
+
+STEP_CAP = 100_000
+"""Steps after which an episode is cut off where neither the environment nor the user has set a limit."""
+
+
+class Edges(NamedTuple):
+    """The inner edges of all bins, as a saved file holds them: given as `bins`, they make the same encoders again."""
+
+    by_agent: dict[int, tuple[FloatArray, ...]]  # by the place of the agent, 0 if there is one; none without a Box
+
+
+class AgentSpaces:
+    """What one agent, or all together, observe and do, as numbers.
+
+    Parameters
+    ----------
+    observation_space, action_space : gymnasium.Space
+    bins
+        How a Box is cut into bins, see :func:`tuckerl.spaces.encoder.space_encoder`; or the saved `Edges`.
+    agent : optional
+        Whose they are, for messages.
+    place : int
+        The agent's place among all.
+
+    Attributes
+    ----------
+    read : MaskReader
+        What separates an observation from the action mask that may lie in it.
+    observations, actions : SpaceEncoder
+
+    Raises
+    ------
+    SpaceError
+        If a space cannot be numbered.
+    """
+
+    def __init__(
+        self,
+        observation_space: gymnasium.Space[Any],
+        action_space: gymnasium.Space[Any],
+        bins: Any,
+        agent: Any = None,
+        place: int = 0,
+    ) -> None:
+        of = "" if agent is None else f" of {agent}"
+        self.read = MaskReader(observation_space, action_space)
+        # Actions first: where they are continuous, advice about bins would not help.
+        self.actions: SpaceEncoder = space_encoder(action_space, what=f"action{of}")
+        space, what = self.read.observation_space, f"observation{of}"
+        if isinstance(bins, Edges):
+            self.observations: SpaceEncoder = space_encoder_of_edges(space, bins.by_agent.get(place, ()), what=what)
+        else:
+            self.observations = space_encoder(space, bins, what=what)
+
+    def encode(self, observation: Any, info: Any) -> tuple[int, BoolArray | None]:
+        """Return the number of what an environment returned, and the action mask that came with it."""
+        part, mask = self.read(observation, info)
+        return self.observations.encode(part), mask
+
+    def decide(self, observation: Any, table: int, choose: Choose) -> Any:
+        """Return the actions chosen by a table, see :meth:`tuckerl.problems.problem.Problem.decide`."""
+        observation = self.read.part(observation)
+        if not self.observations.is_batch(observation):
+            state = np.array(self.observations.encode(observation))
+            return self.actions.decode(int(choose(table, state, None)[()]))
+        states = self.observations.encode_many(observation)
+        return np.array([self.actions.decode(int(action)) for action in choose(table, states, None)])
+
+
+class PythonProblem(Problem):
+    """An environment that Python steps, with numbers for its observations and actions.
+
+    Parameters
+    ----------
+    env
+        The first world plays this one.
+    source : str
+        What it is called in messages.
+    make : callable, optional
+        Makes one more; by default it is copied.
+    spaces : sequence of AgentSpaces
+        Of each agent with a table of its own; the largest of them size the tables.
+    action_sizes, **parts
+        See :class:`~tuckerl.problems.problem.Problem`.
+    max_episode_steps : int, optional
+        An episode is truncated after as many steps. Default: when the environment says so, and after `STEP_CAP`.
+
+    Attributes
+    ----------
+    has_masks : bool
+        Whether the environment gives action masks: the first reset decides.
+
+    Raises
+    ------
+    ProblemError
+        If the environment does not begin.
+    """
+
+    source: str
+    title = "environment"
+    how_played = "stepped in Python"
+    is_compiled = False
+
+    def __init__(
+        self,
+        env: Any,
+        source: str,
+        make: Callable[[], Any] | None,
+        spaces: Sequence[AgentSpaces],
+        *,
+        max_episode_steps: int | None,
+        action_sizes: tuple[int, ...] | None = None,
+        **parts: Any,
+    ) -> None:
+        n_actions = max(own.actions.n for own in spaces)
+        super().__init__(
+            max(own.observations.n for own in spaces),
+            n_actions,
+            max_episode_steps=max_episode_steps or STEP_CAP,
+            is_capped=max_episode_steps is None,
+            source=source,
+            action_sizes=action_sizes,
+            action_names=action_names_of(env, action_sizes or (n_actions,)),
+            **parts,
+        )
+        self.spaces = tuple(spaces)
+        self._copies = EnvironmentCopies(env, source, make)
+        self.has_masks = self._copies.try_out(self._look)
+
+    def _look(self, observation: Any, info: Any) -> bool:
+        """Try to number the first observation; return whether there is a mask."""
+        return self.spaces[0].encode(observation, info)[1] is not None
+
+    @property
+    def state_factors(self) -> tuple[StateFactor, ...]:
+        """The digits of an observation's number; where agents with tables of their own differ, there is one."""
+        encoder = self.spaces[0].observations
+        if len(encoder.sizes) == 1 or not self.has_equal_spaces:
+            return super().state_factors
+        return tuple(map(StateFactor, digit_names(encoder), encoder.sizes))
+
+    def save(self) -> tuple[Header, Arrays]:
+        """Return the environment's id, sizes and agents, and the edges of its bins."""
+        agents = [str(agent) for agent in self.agents]
+        arrays = {
+            f"edges{place}.{i:06}": edges
+            for place, own in enumerate(self.spaces)
+            for i, edges in enumerate(own.observations.edges)
+        }
+        return {"id": self.id, "source": self.source, "sizes": self.sizes, "agents": agents}, arrays
+
+    @classmethod
+    def restore(
+        cls, header: Header, arrays: Arrays, given: Any, resolve: Callable[..., Problem], path: Path
+    ) -> Problem:
+        """Return the problem of the environment that the user gave, or that its id makes, with the saved bins."""
+        if given is None and header["id"] is None:
+            raise SavedFileError(
+                f"{path} was learned on an environment that no file holds, {header['source']}: {GIVE_ENV}"
+            )
+        expected = f"env must be the one that {path} was saved with"
+        try:
+            problem = resolve(header["id"] if given is None else given, bins=_restored_edges(arrays), compiled=False)
+        except ParameterError as error:  # the edges belong to another space
+            raise ParameterError(f"{expected}, {header['source']}: {error}") from error
+        cls._check_same(problem, header["sizes"], path, "an environment")
+        agents = [str(agent) for agent in problem.agents]
+        if agents != header["agents"]:
+            raise ParameterError(
+                f"{expected}, of the agents {', '.join(header['agents'])}, in this order; got {', '.join(agents)}"
+            )
+        return problem
+
+
+def _restored_edges(arrays: Arrays) -> Edges | None:
+    """Return the edges in a saved file's arrays, None where no observation is a Box."""
+    by_agent: dict[int, tuple[FloatArray, ...]] = {}
+    for name in sorted(arrays):
+        place = int(name.removeprefix("edges").partition(".")[0])
+        by_agent[place] = (*by_agent.get(place, ()), arrays[name])
+    return Edges(by_agent) if by_agent else None

@@ -1,0 +1,61 @@
+"""How kernels play a finite MDP by its arrays."""
+
+from tuckerl._jit import kernel
+from tuckerl.problems.dynamics import register_dynamics
+from tuckerl.problems.mdp import MDPArrays
+from tuckerl.rng import uniform
+from tuckerl.types import FloatArray, Stream
+
+
+@kernel
+def _reset(world: MDPArrays, rng: Stream) -> int:
+    """Return the first state of an episode.
+
+    Parameters
+    ----------
+    world : MDPArrays
+    rng : (4,) uint64
+        The agent's stream; advanced where there are several first states.
+    """
+    if world.start_state.size == 1:
+        return world.start_state[0]
+    return world.start_state[_draw(world.start_cumulative, 0, world.start_state.size, rng)]
+
+
+@kernel
+def _step(world: MDPArrays, state: int, action: int, rng: Stream) -> tuple[int, float, bool]:
+    """Return the next state, the reward, and whether the return ends there.
+
+    Parameters
+    ----------
+    world : MDPArrays
+    state, action : int
+    rng : (4,) uint64
+        The agent's stream; advanced where the pair has several outcomes.
+    """
+    outcome = state * world.n_actions + action
+    if world.offsets.size > 0:
+        low, high = world.offsets[outcome], world.offsets[outcome + 1]
+        outcome = low if high == low + 1 else _draw(world.cumulative, low, high, rng)
+    return world.next_state[outcome], world.reward[outcome], world.terminated[outcome]
+
+
+@kernel
+def _draw(cumulative: FloatArray, low: int, high: int, rng: Stream) -> int:
+    """Draw one of the outcomes from `low` to `high` - 1.
+
+    Parameters
+    ----------
+    cumulative : (M,) float64
+        The summed probabilities of each pair's outcomes, or of all first states.
+    low, high : int
+    rng : (4,) uint64
+        The agent's stream; advanced by one draw.
+    """
+    u = uniform(rng)
+    while low < high - 1 and u >= cumulative[low]:
+        low += 1
+    return low
+
+
+register_dynamics(MDPArrays, reset=_reset, step=_step)

@@ -1,0 +1,111 @@
+"""Checks of transitions that are given as arrays of outcomes."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tuckerl.checks import check_int
+from tuckerl.errors import ParameterTypeError, ProblemError
+from tuckerl.problems.parts import as_array, as_numbers
+from tuckerl.types import BoolArray, FloatArray, IntArray, StateArray
+
+SUM_TOLERANCE = 1e-8
+"""How far the sum of probabilities may be from 1."""
+
+_KINDS = {"iu": "integers", "iuf": "numbers", "b": "booleans"}
+
+
+def check_mask(action_mask: ArrayLike | None, shape: tuple[int, ...]) -> BoolArray:
+    """Return where actions may be taken, (S, A); (0, 0) where they all may.
+
+    Raises
+    ------
+    ProblemError, ParameterTypeError
+        If `action_mask` has another shape or type.
+    """
+    if action_mask is None:
+        return np.zeros((0, 0), dtype=np.bool_)
+    allowed = as_array("action_mask", action_mask)
+    if allowed.dtype.kind != "b":
+        raise ParameterTypeError(f"action_mask must hold {_KINDS['b']}; got dtype {allowed.dtype}")
+    if allowed.shape != shape:
+        raise ProblemError(f"action_mask must have the shape (S, A), {shape}; got {allowed.shape}")
+    mask: BoolArray = allowed | ~allowed.any(axis=1, keepdims=True)
+    return np.zeros((0, 0), dtype=np.bool_) if mask.all() else mask
+
+
+def check_outcomes(states: NDArray[Any], rewards: NDArray[Any], ends: NDArray[Any], *, with_probability: bool) -> None:
+    """Check next states, rewards and ends: one shape, the right types, states in range, finite rewards.
+
+    Raises
+    ------
+    ProblemError, ParameterTypeError
+        If something is wrong with them.
+    """
+    if states.ndim != 2 + with_probability or 0 in states.shape:
+        expected = "(S, A, K) as probability is given" if with_probability else "(S, A), or (S, A, K) with probability"
+        raise ProblemError(f"next_state must have the shape {expected}, no axis empty; got {states.shape}")
+    for name, array, kinds in (("next_state", states, "iu"), ("reward", rewards, "iuf"), ("terminated", ends, "b")):
+        if array.shape != states.shape:
+            raise ProblemError(f"{name} must have the shape of next_state, {states.shape}; got {array.shape}")
+        if array.dtype.kind not in kinds:
+            raise ParameterTypeError(f"{name} must hold {_KINDS[kinds]}; got dtype {array.dtype}")
+    if states.min() < 0 or states.max() >= states.shape[0]:
+        where = np.argwhere((states < 0) | (states >= states.shape[0]))[0]
+        raise ProblemError(
+            f"next_state must lie from 0 to {states.shape[0] - 1}; got {states[tuple(where)]} for (s, a) = "
+            f"({where[0]}, {where[1]})"
+        )
+    if not np.isfinite(rewards.astype(np.float64)).all():
+        raise ProblemError("reward must be finite everywhere; replace NaN and infinity by numbers")
+
+
+def joined_outcomes(states: NDArray[Any], probability: ArrayLike | None) -> tuple[BoolArray, IntArray, FloatArray]:
+    """Return which outcomes are kept, where each pair's begin, and their summed probabilities.
+
+    Raises
+    ------
+    ProblemError, ParameterTypeError
+        If a pair's probabilities are none.
+    """
+    nothing = np.zeros(0, dtype=np.int64)
+    if probability is None:
+        return np.ones(states.shape, dtype=np.bool_), nothing, np.zeros(0)
+    p = as_numbers("probability", probability)
+    if p.shape != states.shape:
+        raise ProblemError(f"probability must have the shape of next_state, {states.shape}; got {p.shape}")
+    possible = (p >= 0) & (p <= 1 + SUM_TOLERANCE)
+    right = possible.all(axis=2) & (np.abs(p.sum(axis=2, where=possible) - 1) <= SUM_TOLERANCE)
+    if not right.all():
+        s, a = np.argwhere(~right)[0]
+        raise ProblemError(
+            f"each pair's probabilities must be at least 0 and sum to 1; those of (s, a) = ({s}, {a}) are {p[s, a]}"
+        )
+    kept = p > 0
+    counts = kept.sum(axis=2).ravel()
+    if (counts == 1).all():
+        return kept, nothing, np.zeros(0)
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    return kept, offsets, np.cumsum(p, axis=2)[kept]
+
+
+def check_start(start: int | ArrayLike, n_states: int) -> tuple[StateArray, FloatArray]:
+    """Return the states in which episodes may begin, and their summed probabilities.
+
+    Raises
+    ------
+    ProblemError, ParameterError, ParameterTypeError
+        If `start` is neither a state nor a probability of each.
+    """
+    values = as_array("start", start)
+    if values.ndim == 0:
+        state = check_int("start", values.item(), 0, n_states - 1)
+        return np.array([state], dtype=np.uint32), np.ones(1)
+    p = as_numbers("start", values)
+    if p.shape != (n_states,):
+        raise ProblemError(f"start must be a state or {n_states} probabilities, one for each; got shape {p.shape}")
+    if not ((p >= 0) & (p <= 1 + SUM_TOLERANCE)).all() or abs(p.sum() - 1) > SUM_TOLERANCE:
+        raise ProblemError(f"start's probabilities must be at least 0 and sum to 1; got {p}")
+    states = np.flatnonzero(p > 0)
+    return states.astype(np.uint32), np.cumsum(p[states])
