@@ -126,7 +126,7 @@ class TensorStepResult(NamedTuple):
 
     weights: FloatArray  # (A,)
     mixture: FloatArray | None  # (N,) of the tables that all agents go on with, or None to leave them
-    finite: bool  # False where a table has left the finite numbers
+    finite: bool  # False where a table is not finite any more
 
 
 class TensorStepState:

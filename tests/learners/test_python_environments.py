@@ -60,10 +60,10 @@ def test_deterministic_environments_are_learned_as_their_tables_are(
         learners.append(
             made(name, problem_env, n_states, n_agents=n_agents, tensor_step=step, compiled=compiled).learn(9)
         )
-    lifted, stepped = learners
-    assert isinstance(lifted.problem, TabularMDP)
-    assert isinstance(stepped.problem, GymnasiumProblem)
-    assert_learned_alike(lifted, stepped)
+    extracted, in_python = learners
+    assert isinstance(extracted.problem, TabularMDP)
+    assert isinstance(in_python.problem, GymnasiumProblem)
+    assert_learned_alike(extracted, in_python)
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
@@ -76,16 +76,16 @@ def test_a_table_on_the_learners_own_stream_is_learned_alike_in_python(
     make = masked_mdp if masked else random_mdp
     mdp = make(3, n_states=9, n_outcomes=3, random_start=True, limit=30)
     env = TableEnv(mdp)
-    stepped = made(name, env, 9, tensor_step=step)
-    env.draw_from(stepped._streams[0])
-    assert_learned_alike(made(name, mdp, 9, tensor_step=step).learn(10), stepped.learn(10))
+    in_python = made(name, env, 9, tensor_step=step)
+    env.draw_from(in_python._state.streams[0])
+    assert_learned_alike(made(name, mdp, 9, tensor_step=step).learn(10), in_python.learn(10))
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
 @pytest.mark.parametrize("exploration", ["independent", "joint"])
 @pytest.mark.parametrize(("n_agents", "step"), [(1, None), (2, STEP)])
-def test_teams_learn_alike_lifted_and_stepped(exploration: Any, n_agents: int, step: TensorStep | None) -> None:
-    lifted, stepped = (
+def test_teams_learn_alike_extracted_and_in_python(exploration: Any, n_agents: int, step: TensorStep | None) -> None:
+    extracted, in_python = (
         TeamQ(
             lambda: RobotRescueEnv(".H.\nATB", max_cycles=40),
             compiled=compiled,
@@ -96,12 +96,12 @@ def test_teams_learn_alike_lifted_and_stepped(exploration: Any, n_agents: int, s
         ).learn(8)
         for compiled in ("auto", False)
     )
-    assert isinstance(stepped.problem, GymnasiumProblem)
-    assert stepped.problem.agents == ("robot_0", "robot_1")
-    assert_learned_alike(lifted, stepped)
+    assert isinstance(in_python.problem, GymnasiumProblem)
+    assert in_python.problem.agents == ("robot_0", "robot_1")
+    assert_learned_alike(extracted, in_python)
 
 
-def test_a_team_that_is_not_paid_the_mean_is_stepped() -> None:
+def test_a_team_that_is_not_paid_the_mean_is_played_in_python() -> None:
     team = TeamQ(lambda: RobotRescueEnv(".H.\nATB", max_cycles=40), team_reward="sum", seed=1).learn(3)
     mean = TeamQ(lambda: RobotRescueEnv(".H.\nATB", max_cycles=40), team_reward="mean", seed=1).learn(1)
     assert team.returns[0, 0] == 2 * mean.returns[0, 0] != 0
@@ -139,7 +139,7 @@ class Backwards(DynaMazeEnv):
         return super().step({0: 1, 1: 0}.get(int(action), action))
 
 
-def test_an_environment_of_ours_that_a_user_has_altered_is_stepped() -> None:
+def test_an_environment_of_ours_that_a_user_has_altered_is_played_in_python() -> None:
     assert isinstance(QLearning(lambda: TimeLimit(Backwards(), 30)).problem, GymnasiumProblem)
     maze = sutton_maze()
     env = DynaMazeEnv(maze.walls, start=maze.start, goal=maze.goal)
@@ -259,7 +259,7 @@ def test_agents_have_environments_of_their_own() -> None:
     before = copy.deepcopy(env)
     learner = QLearning(env, n_agents=3, seed=5, epsilon=1.0).learn(6)
     assert len({tuple(column) for column in learner.returns.T.tolist()}) == 3
-    assert learner._worlds[0].env is env  # type: ignore[attr-defined]  # stepped in Python
+    assert learner._state.worlds[0].env is env  # type: ignore[attr-defined]  # played in Python
     by_callable = QLearning(lambda: SeededTableEnv(MDP), n_agents=3, seed=5, epsilon=1.0).learn(6)
     assert_learned_alike(learner, by_callable)
     assert before.state == 0

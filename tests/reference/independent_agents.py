@@ -37,7 +37,7 @@ def numbers(env: Any) -> SpaceEncoder:
     return SpaceEncoder(lambda agent, seen: int(seen), lambda agent, a: a, sizes)
 
 
-class Player(QLearner):
+class IndependentAgent(QLearner):
     """One agent; `sarsa` says which of the two rules it learns by."""
 
     def __init__(self, seat: Seat, stream: Stream, shape: tuple[int, int], sarsa: bool, **numbers: Any) -> None:
@@ -46,7 +46,7 @@ class Player(QLearner):
         self.state = self.action = 0
         self.game: Any = None
 
-    def turn(self, reward: float, s2: int, terminated: bool, ended: bool, omega: Table) -> None:
+    def learn(self, reward: float, s2: int, terminated: bool, ended: bool, omega: Table) -> None:
         if self.sarsa:
             a2 = self.policy(s2)
             delta = reward + (0.0 if terminated else self.gamma) * self.q[s2, a2] - self.q[self.state, self.action]
@@ -63,19 +63,21 @@ class Player(QLearner):
 
 
 class Game:
-    """A world and its players."""
+    """A world and its agents."""
 
     def __init__(
-        self, env: Any, seed: int, sarsa: bool = False, coding: SpaceEncoder | None = None, **numbers_: Any
+        self, env: Any, seed: int, sarsa: bool = False, encoder: SpaceEncoder | None = None, **numbers_: Any
     ) -> None:
-        self.env, self.coding = env, coding or numbers(env)
-        shape = tuple(max(sizes) for sizes in zip(*self.coding.sizes.values(), strict=True))
-        self.players = {
-            name: Player(Seat(self.coding.sizes[name][1]), Stream(seed, j), (shape[0], shape[1]), sarsa, **numbers_)
+        self.env, self.encoder = env, encoder or numbers(env)
+        shape = tuple(max(sizes) for sizes in zip(*self.encoder.sizes.values(), strict=True))
+        self.agents = {
+            name: IndependentAgent(
+                Seat(self.encoder.sizes[name][1]), Stream(seed, j), (shape[0], shape[1]), sarsa, **numbers_
+            )
             for j, name in enumerate(env.possible_agents)
         }
-        for player in self.players.values():
-            player.game = self
+        for agent in self.agents.values():
+            agent.game = self
         # The world's own seed is the first child of the first child of the first child.
         self.first_seed = int(np.random.SeedSequence(seed, spawn_key=(0, 0, 0)).generate_state(1)[0])
         self.n_episodes = 0
@@ -85,37 +87,37 @@ class Game:
         mask = info.get("action_mask")
         if isinstance(observation, dict):
             observation, mask = observation["observation"], observation["action_mask"]
-        state = self.coding.state(name, observation)
+        state = self.encoder.state(name, observation)
         if mask is not None:
-            self.players[name].seat.masks[state] = mask
+            self.agents[name].seat.masks[state] = mask
         return state
 
     def episode(self, omega: Table) -> dict[str, tuple[int, float]]:
-        """Steps and return of each player."""
+        """Steps and return of each agent."""
         seed = self.first_seed if self.n_episodes == 0 else None
         observations, infos = self.env.reset(seed=seed)
         self.n_episodes += 1
-        done = dict.fromkeys(self.players, (0, 0.0))
-        playing = [name for name in self.players if name in observations]
+        done = dict.fromkeys(self.agents, (0, 0.0))
+        playing = [name for name in self.agents if name in observations]
         for name in playing:
-            player = self.players[name]
-            player.state = self.look(name, observations[name], infos[name])
-            player.action = player.policy(player.state)
+            agent = self.agents[name]
+            agent.state = self.look(name, observations[name], infos[name])
+            agent.action = agent.policy(agent.state)
         while playing:
-            chosen = {name: self.coding.action(name, self.players[name].action) for name in playing}
+            chosen = {name: self.encoder.action(name, self.agents[name].action) for name in playing}
             observations, rewards, terminated, truncated, infos = self.env.step(chosen)
             for name in playing:
                 ended = terminated[name] or truncated[name]
                 s2 = self.look(name, observations[name], infos[name])
-                self.players[name].turn(rewards[name], s2, terminated[name], ended, omega)
+                self.agents[name].learn(rewards[name], s2, terminated[name], ended, omega)
                 done[name] = done[name][0] + 1, done[name][1] + rewards[name]
             playing = [name for name in playing if not terminated[name] and not truncated[name]]
-        for player in self.players.values():
-            player.epsilon *= player.decay
+        for agent in self.agents.values():
+            agent.epsilon *= agent.decay
         return done
 
-    def part(self, player: Player, omega: Table) -> tuple[int, float]:
-        if id(player) not in self.parts:
+    def part(self, agent: IndependentAgent, omega: Table) -> tuple[int, float]:
+        if id(agent) not in self.parts:
             done = self.episode(omega)
-            self.parts = {id(self.players[name]): part for name, part in done.items()}
-        return self.parts.pop(id(player))
+            self.parts = {id(self.agents[name]): part for name, part in done.items()}
+        return self.parts.pop(id(agent))

@@ -9,7 +9,7 @@ from gymnasium import spaces
 
 from tests.adapters.parallel_worlds import Breaking, Dice, Leaving, Masked, MaskedInObservation, Meeting, Unequal, World
 from tests.reference import tensor_step
-from tests.reference.players import Game, SpaceEncoder
+from tests.reference.independent_agents import Game, SpaceEncoder
 from tests.training.test_resume import assert_same
 from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TensorStep
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
@@ -36,10 +36,10 @@ STEP = TensorStep(every=4, ranks=(3, 2, 2, 2), floor=0.1)
 
 
 def game_of(world: str, **numbers: Any) -> Game:
-    make, coding = WORLDS[world]
-    if coding is not None and not coding.sizes:
-        coding = coding._replace(sizes=SIZES)
-    return Game(make(), coding=coding, **numbers)
+    make, encoder = WORLDS[world]
+    if encoder is not None and not encoder.sizes:
+        encoder = encoder._replace(sizes=SIZES)
+    return Game(make(), encoder=encoder, **numbers)
 
 
 @pytest.mark.parametrize("world", WORLDS)
@@ -49,12 +49,12 @@ def test_forced_actions_equal_the_twin(world: str, sarsa: bool) -> None:
     game = game_of(world, seed=6, sarsa=sarsa, alpha=0.3, gamma=0.95, epsilon=1.0, decay=1.0, ties="random")
     played = [game.episode(np.ones(8)) for _ in range(EPISODES)]
     assert isinstance(learner.problem, PettingZooProblem)
-    assert learner.n_agents == 1
-    assert learner.q.shape == (len(game.players), learner.problem.n_states, learner.problem.n_actions)
-    for place, (name, player) in enumerate(game.players.items()):
+    assert learner.n_agents == len(game.agents)
+    assert learner.q.shape == (len(game.agents), learner.problem.n_states, learner.problem.n_actions)
+    for place, (name, agent) in enumerate(game.agents.items()):
         assert learner.steps[:, place].tolist() == [done[name][0] for done in played]
         np.testing.assert_allclose(learner.returns[:, place], [done[name][1] for done in played], rtol=1e-12)
-        np.testing.assert_allclose(learner.q[place], player.q, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(learner.q[place], agent.q, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("world", ["meeting", "leaving", "masked"])
@@ -64,31 +64,31 @@ def test_greedy_actions_and_decay_equal_the_twin(world: str) -> None:
     learner = QLearning(WORLDS[world][0](), seed=2, epsilon_decay=0.75, **numbers).learn(5)
     game = game_of(world, seed=2, decay=0.75, ties="random", **numbers)
     played = [game.episode(np.ones(3)) for _ in range(5)]
-    assert learner.returns.tolist() == [[done[name][1] for name in game.players] for done in played]
-    for place, player in enumerate(game.players.values()):
-        np.testing.assert_array_equal(learner.q[place], player.q)
+    assert learner.returns.tolist() == [[done[name][1] for name in game.agents] for done in played]
+    for place, agent in enumerate(game.agents.values()):
+        np.testing.assert_array_equal(learner.q[place], agent.q)
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
 @pytest.mark.parametrize("share", ["max", "min", "best", "random", "mean", "none"])
 @pytest.mark.parametrize("world", ["meeting", "leaving", "dice"])
 @pytest.mark.parametrize("sarsa", [False, True])
-def test_a_tensor_step_over_the_players_tables_equals_its_twin(share: str, world: str, sarsa: bool) -> None:
+def test_a_tensor_step_over_the_agents_tables_equals_its_twin(share: str, world: str, sarsa: bool) -> None:
     step = TensorStep(every=4, ranks=(3, 2, 2, 2), share=share, floor=0.1)
     env = WORLDS[world][0]()
     learner = (Sarsa if sarsa else QLearning)(env, seed=6, alpha=0.3, epsilon=1.0, tensor_step=step).learn(10)
     game = game_of(world, seed=6, sarsa=sarsa, alpha=0.3, gamma=0.95, epsilon=1.0, decay=1.0, ties="random")
-    players = list(game.players.values())
+    agents = list(game.agents.values())
     steps, windows = tensor_step.play(
-        players, 10, seed=6, every=4, ranks=(3, 2, 2, 2), sharing=share, floor=0.1, weights="paper"
+        agents, 10, seed=6, every=4, ranks=(3, 2, 2, 2), sharing=share, floor=0.1, weights="paper"
     )
     assert learner.steps.tolist() == steps
     assert learner.tensor_step_history.chosen.tolist() == [window.chosen for window in windows]
     np.testing.assert_allclose(
         learner.tensor_step_history.weights, [window.omega for window in windows], rtol=0, atol=1e-9
     )
-    for place, player in enumerate(players):
-        np.testing.assert_allclose(learner.q[place], player.q, rtol=1e-8, atol=1e-9)
+    for place, agent in enumerate(agents):
+        np.testing.assert_allclose(learner.q[place], agent.q, rtol=1e-8, atol=1e-9)
 
 
 LEARNERS: dict[str, tuple[Any, dict[str, Any]]] = {
@@ -105,9 +105,9 @@ def test_places_that_an_agent_has_not_got_are_never_used(name: str) -> None:
     assert learner.q.shape == (2, 4, 8)
     assert (learner.q[0, :, 3:] == 7.0).all(), "the scout has three actions"
     assert (learner.q[0, :3, :3] != 7.0).any()
-    for deterministic in (True, False):
+    for deterministic in (None, True, False):
         for _ in range(20):
-            actions, _ = learner.predict({"scout": -1, "carrier": np.array([0, 0])}, deterministic)
+            actions, _ = learner.predict({"scout": -1, "carrier": np.array([0, 0])}, deterministic=deterministic)
             assert actions["scout"] in (-1, 0, 1)
             assert actions["carrier"].tolist() in [[i, j] for i in range(2) for j in range(4)]
 
@@ -231,5 +231,5 @@ def test_what_an_error_breaks_off_is_kept_and_learning_goes_on() -> None:
     assert learner.episodes == 0
     assert (learner.q[:, :2] != 0).any(axis=2).all(), "two steps were learned from"
     assert not learner.q[:, 2:].any()
-    learner._worlds[0].env.at = 99  # type: ignore[attr-defined]
+    learner._state.worlds[0].env.at = 99  # type: ignore[attr-defined]
     assert learner.learn(2).steps.tolist() == [[9, 9], [9, 9]]
