@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from tuckerl.reports.figure import FigureSpec
-from tuckerl.reports.styles import BLACK, BLUE, GREEN, VERMILLION
+from tuckerl.reports.styles import BLUE, GREEN, VERMILLION, write
 from tuckerl.reports.text import amount, counted, tick
 from tuckerl.studies.ablation import Ablation, AblationStep
 from tuckerl.studies.figure_text import FigureText
@@ -50,17 +50,9 @@ def draw_ablation(ablation: Ablation) -> Figure:
         axes.xaxis.set_major_locator(MaxNLocator(5))
     axes.set_xlabel(f"better than {ablation.scenario.algorithm.base} by ({unit})", parse_math=False)
     axes.margins(x=0.06)
-    axes.text(1.04, 1.02, "pairs", fontsize=8, transform=axes.transAxes, verticalalignment="bottom")
-    axes.text(
-        0,
-        1.02,
-        ablation.scenario.algorithm.base,
-        fontsize=8,
-        transform=axes.get_xaxis_transform(),
-        horizontalalignment="center",
-        verticalalignment="bottom",
-        parse_math=False,
-    )
+    write(axes, 1.04, 1.02, "pairs", axes.transAxes, verticalalignment="bottom")
+    look = {"horizontalalignment": "center", "verticalalignment": "bottom"}
+    write(axes, 0, 1.02, ablation.scenario.algorithm.base, axes.get_xaxis_transform(), **look)
     return figure
 
 
@@ -81,25 +73,12 @@ def _draw_row(axes: Axes, place: int, one: AblationStep, mark: Mark) -> None:
     if math.isnan(mean):
         axes.annotate("no pair left", (0, place), (4, 0), textcoords="offset points", fontsize=8, va="center")
     else:
-        axes.plot(
-            [mean],
-            [place],
-            marker=mark.marker,
-            color=mark.colour,
-            markersize=6,
-            markeredgewidth=1.3,
-            markerfacecolor=mark.colour if decided else "white",
-        )
+        face = mark.colour if decided else "white"
+        look = {"marker": mark.marker, "markersize": 6, "markeredgewidth": 1.3, "markerfacecolor": face}
+        axes.plot([mean], [place], color=mark.colour, **look)  # type: ignore[arg-type]  # of several types
     lost = one.difference.n_diverged
-    axes.text(
-        1.04,
-        place,
-        f"{one.difference.n_pairs}" + (f" ({lost} lost)" if lost else ""),
-        color=BLACK,
-        fontsize=8,
-        verticalalignment="center",
-        transform=axes.get_yaxis_transform(),
-    )
+    pairs = f"{one.difference.n_pairs}" + (f" ({lost} lost)" if lost else "")
+    write(axes, 1.04, place, pairs, axes.get_yaxis_transform())
 
 
 def _text(ablation: Ablation) -> FigureText:

@@ -50,7 +50,7 @@ class RenderedFigure(NamedTuple):
 
 @dataclass(frozen=True)
 class FigureSpec(Generic[Subject]):
-    """How a kind of figure is drawn and what is said of it.
+    """The specification of a figure: how it is drawn, and what is said of it.
 
     To add one, write a file with a `FigureSpec` in it and list it in :data:`tuckerl.reports.figures.FIGURES`, or in
     that of ``reports/inspect`` where it is a figure of an `Inspection`.

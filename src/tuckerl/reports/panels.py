@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from tuckerl.reports.styles import EndLabel, LineStyle, label_ends, line_styles
+from tuckerl.reports.styles import EndLabel, LineStyle, label_ends, line_styles, plot_line
 from tuckerl.reports.text import counted, whole
 from tuckerl.studies.statistics import Band
 from tuckerl.studies.study import Scenario
@@ -93,19 +93,8 @@ def _draw_line(axes: Axes, episodes: IntArray, band: Band, look: LineStyle, plac
     order = _MAIN if look.marker else _CONTROLS
     shade = 0.18 if look.marker else 0.09  # nine bands on one another: the controls' are paler
     axes.fill_between(episodes, band.low, band.high, color=look.colour, alpha=shade, linewidth=0, zorder=order - 0.5)
-    axes.plot(
-        episodes,
-        band.mean,
-        color=look.colour,
-        linestyle=look.dash,
-        linewidth=look.width,
-        marker=look.marker,
-        markersize=5,
-        markeredgecolor="white",
-        markeredgewidth=0.6,
-        markevery=((place * every // 3) % every, every),  # markers of close lines do not cover each other
-        zorder=order,
-    )
+    marks = ((place * every // 3) % every, every)  # markers of close lines do not cover each other
+    plot_line(axes, episodes, band.mean, look, markersize=5, markevery=marks, zorder=order)
 
 
 def left_out(curves: tuple[Curve, ...]) -> str:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.reports.figure import FigureSpec
-from tuckerl.reports.styles import ACTION_STYLES, EndLabel, label_ends
+from tuckerl.reports.styles import ACTION_STYLES, EndLabel, label_ends, plot_line
 from tuckerl.reports.text import counted
 from tuckerl.studies.figure_text import WeightText
 from tuckerl.studies.summary import Summary, WeightCourse
@@ -59,18 +59,7 @@ def shown_courses(summary: Summary) -> list[WeightCourse]:
 def _draw_course(axes: Axes, course: WeightCourse) -> None:
     for look, band in zip(ACTION_STYLES, course.bands, strict=False):
         axes.fill_between(course.episode, band.low, band.high, color=look.colour, alpha=0.2, linewidth=0)
-        axes.plot(
-            course.episode,
-            band.mean,
-            color=look.colour,
-            linestyle=look.dash,
-            linewidth=look.width,
-            marker=look.marker,
-            markersize=2 + 2 * look.width,
-            markeredgecolor="white",
-            markeredgewidth=0.6,
-            clip_on=False,
-        )
+        plot_line(axes, course.episode, band.mean, look, markersize=2 + 2 * look.width, clip_on=False)
     n_actions = len(course.bands)
     level = 1 / math.sqrt(n_actions)
     axes.axhline(level, color="0.3", linewidth=1, linestyle="dotted", zorder=1)

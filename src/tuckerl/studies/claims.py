@@ -16,7 +16,7 @@ MOST_TIME = 1.5  # times the base's processor time is no big computational load
 
 
 class Claim(NamedTuple):
-    """What became of one claim."""
+    """A claim and its verdict."""
 
     id: str
     claim: str

@@ -33,7 +33,7 @@ BASE, CANDIDATE = "base", "candidate"
 
 
 class ComparisonConfig(NamedTuple):
-    """What a user asks to have compared."""
+    """The two algorithms, the environment and the numbers of a comparison, as its user gives them."""
 
     base: str  # an algorithm's name
     candidate: str

@@ -25,7 +25,7 @@ VERDICTS = {"holds": "better", "does not hold": "worse", "not decided": "not dec
 
 
 class Estimate(NamedTuple):
-    """A variant's mean over runs; NaN where it cannot be told."""
+    """A variant's mean over runs; NaN where it is not known."""
 
     variant: str
     mean: float

@@ -1,4 +1,4 @@
-"""Environments by name, as commands are given them: made, told apart from others of the same name, and listed."""
+"""Environments by name, as commands are given them: made, identified, and listed."""
 
 import hashlib
 import re

@@ -36,7 +36,7 @@ class Task(NamedTuple):
 
 
 class StudyTables(NamedTuple):
-    """What tasks leave behind, one frame for each kind of fact (columns in `SCHEMAS`)."""
+    """The tables that tasks produce, one for each kind of fact (columns in `SCHEMAS`)."""
 
     runs: pl.DataFrame  # steps and return of every episode; null from the one on in which a run diverged
     weights: pl.DataFrame  # what the tensor step decided after every window
@@ -158,7 +158,7 @@ def _environment(scenario: Scenario, variant: Variant, instance: int) -> Environ
 def _resolved(make: Callable[[int], Environment], instance: int, options: AdapterOptions) -> Environment:
     """Return the arrays or compiled functions, which all learners of a process share; or else the environment.
 
-    What is stepped in Python has a state of its own, so each learner makes one for itself.
+    An environment in Python has a state of its own, so each learner makes one for itself.
     """
     env = make(instance)
     problem = as_problem(env, options)

@@ -19,7 +19,7 @@ from tuckerl.types import FloatArray
 
 
 class Measure(NamedTuple):
-    """What is compared: a number for each pair, made of the episodes of each agent in it."""
+    """A quantity to compare: a number for each pair, made of the episodes of each agent in it."""
 
     column: str  # "steps" or "return": what curves show
     value: pl.Expr  # of one agent in one pair, from the rows of its episodes
@@ -48,7 +48,7 @@ MEASURES = {
 
 
 class Difference(NamedTuple):
-    """A paired difference in the candidate's favour; NaN where it cannot be told."""
+    """A paired difference in the candidate's favour; NaN where it is not known."""
 
     mean: float
     low: float

@@ -1,4 +1,4 @@
-"""A folder of results: what was asked for, and the tables of all tasks that are finished.
+"""A folder of results: the specification of a study, and the tables of all its tasks that are finished.
 
 ``study.json`` says which study the folder holds; ``runs.parquet`` and its sisters hold the finished tasks. Each file is
 written whole or not at all, ``runs.parquet`` last: a task is finished when it stands there, so a kill at any moment

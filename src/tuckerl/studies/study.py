@@ -28,7 +28,7 @@ FigureTextType = TypeVar("FigureTextType", bound=FigureText)
 
 @dataclass(frozen=True)
 class AlgorithmConfig:
-    """What all variants of a scenario have in common: a base algorithm, its T-version and their parameters."""
+    """The base algorithm of a scenario, its T-version, and the parameters that all its variants share."""
 
     base: str  # as on the command line: "dyna-h"
     t_version: str  # "dyna-ht"

@@ -39,7 +39,7 @@ _GOALS = ("episodes", "steps")
 
 
 class TrainingResult(NamedTuple):
-    """How a training went."""
+    """The result of a training."""
 
     episodes: int
     steps: int  # of all agents in all episodes
@@ -178,7 +178,7 @@ class Training:
         return held
 
     def _left(self) -> dict[str, int]:
-        """Return what `learn` has to be asked for; nothing where nothing is left."""
+        """Return the arguments of `learn` for what is left to learn; none where nothing is."""
         episodes, steps = (self._entries["goal"][name] for name in _GOALS)
         if episodes is not None:
             left = episodes - self.learner.episodes
@@ -186,7 +186,7 @@ class Training:
         left = steps - self.learner.first_agent_steps
         if left > 0:
             return {"steps": left}
-        # The first agent is there; one episode more is asked for, and those behind catch up with it instead.
+        # The first agent has done its steps; asking for one episode more lets the others catch up with it instead.
         return {} if self.learner.is_saveable else {"episodes": 1}
 
     def _check_goal(self) -> None:

@@ -1,4 +1,4 @@
-"""What ``tuckerl train`` is asked for: validated, made into a learner, and written down."""
+"""The configuration of ``tuckerl train``: validated, written down, and made into a learner."""
 
 import json
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ FORMAT = 1
 
 
 class TrainingConfig(NamedTuple):
-    """What a user asks to have trained."""
+    """The algorithm, the environment and the goal of a training, as its user gives them."""
 
     algorithm: str  # its name
     environment: str  # an id

@@ -30,7 +30,7 @@ _LISTED = 6
 
 
 class Differences(NamedTuple):
-    """How the other agents' greedy actions and values differ from agent 0's."""
+    """The differences of the other agents' greedy actions and values from agent 0's."""
 
     others: FloatArray  # (S,) agents with another action than agent 0; NaN where agent 0 prefers none, or a wall is
     spread: FloatArray  # (S,) largest minus smallest state value over the agents that prefer something; NaN for < 2

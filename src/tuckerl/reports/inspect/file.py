@@ -21,7 +21,7 @@ _NPY, _ZIP = b"\x93NUMPY", b"PK\x03\x04"
 
 
 class FileOptions(NamedTuple):
-    """What a user says of a file."""
+    """The options with which a file is inspected."""
 
     layout: tuple[int, int] | None = None
     ranks: tuple[int, int, int, int] | None = None  # of a tensor

@@ -128,7 +128,7 @@ def _undirected(inspection: Inspection) -> list[int]:
 
 
 def policy_words(inspection: Inspection) -> list[str]:
-    """Return in how many states agent 0 prefers something, what its values are, and in how many it is torn."""
+    """Return in how many states agent 0 prefers an action, what its values are, and in how many several are best."""
     q, allowed = inspection.q[0][~inspection.walls], inspection.allowed[0][~inspection.walls]
     best, known = greedy(q, allowed), values(q, allowed)
     preferred = int((best != NO_PREFERENCE).sum())
@@ -138,10 +138,10 @@ def policy_words(inspection: Inspection) -> list[str]:
         words[0] += f"; their values are {span(known[best != NO_PREFERENCE])}"
     if preferred < len(q):
         words.append("Where all actions are worth the same, as where nobody has been, it has no preference")
-    torn = int(shares_first_place(q, allowed).sum())
-    if torn:
+    tied = int(shares_first_place(q, allowed).sum())
+    if tied:
         words.append(
-            f"In {counted(torn, 'state')} several but not all actions are equally good; the lowest numbered is shown"
+            f"In {counted(tied, 'state')} several but not all actions are equally good; the lowest numbered is shown"
         )
     if infinite:
         words.append(f"Left out: {counted(infinite, 'state')} with values that are not finite")

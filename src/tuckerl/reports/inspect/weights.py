@@ -11,7 +11,7 @@ from tuckerl.generalization.step import TensorStepHistory
 from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.cells import colour_bar, scale, sequential
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.styles import ACTION_STYLES, EndLabel, LineStyle, label_ends
+from tuckerl.reports.styles import ACTION_STYLES, EndLabel, LineStyle, label_ends, plot_line
 from tuckerl.reports.text import counted, number
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
@@ -68,19 +68,8 @@ def windows_apart(history: TensorStepHistory) -> int:
 def draw_course(axes: Axes, episode: IntArray, values: FloatArray, look: LineStyle, shift: float = 0.0) -> None:
     """Draw what a number was after each window, with a few markers, `shift` of their distance to the right."""
     apart = max(1, len(episode) // _MARKERS)
-    axes.plot(
-        episode,
-        values,
-        color=look.colour,
-        linestyle=look.dash,
-        linewidth=look.width,
-        marker=look.marker,
-        markersize=2.5 + 1.5 * look.width,
-        markevery=(int(shift * apart), apart),
-        markeredgecolor="white",
-        markeredgewidth=0.6,
-        clip_on=False,
-    )
+    marks = (int(shift * apart), apart)
+    plot_line(axes, episode, values, look, markersize=2.5 + 1.5 * look.width, markevery=marks, clip_on=False)
 
 
 def _draw_map(inspection: Inspection) -> Figure:

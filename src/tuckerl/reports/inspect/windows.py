@@ -11,7 +11,7 @@ from tuckerl.generalization.step import TensorStepHistory
 from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.weights import draw_course, drawn_windows, every_words
-from tuckerl.reports.styles import BLACK, BLUE, GREEN, PURPLE, VERMILLION, EndLabel, LineStyle, label_ends
+from tuckerl.reports.styles import BLACK, BLUE, GREEN, PURPLE, VERMILLION, EndLabel, LineStyle, label_ends, write
 from tuckerl.reports.text import counted, joined, number, percent, span
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
@@ -65,20 +65,14 @@ def draw_copied(inspection: Inspection) -> Figure:
     axes.set_yticks(range(len(rows)), [*(f"agent {agent}" for agent in agents), "none or mixture"])
     for place, row in enumerate(rows):
         part = percent(counts[row] / counts.sum())
-        axes.text(
-            1.015,
-            place,
-            f"{counts[row]:,} ({part})" if counts[row] else "0",
-            transform=axes.get_yaxis_transform(),
-            fontsize=8,
-            verticalalignment="center",
-        )
+        words = f"{counts[row]:,} ({part})" if counts[row] else "0"
+        write(axes, 1.015, place, words, axes.get_yaxis_transform())
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_xlim(0, int(history.episode[-1]))
     _finish(axes, 10)
     axes.tick_params(axis="y", length=0)
     axes.set_title("table that all agents went on with", loc="left")
-    axes.text(1.015, 1.0, " windows", transform=axes.transAxes, fontsize=8, va="bottom")
+    write(axes, 1.015, 1.0, " windows", axes.transAxes, verticalalignment="bottom")
     return figure
 
 
