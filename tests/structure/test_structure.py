@@ -1,6 +1,7 @@
 """The shape of the package: layers look one way, the public surface is what it says, imports stay light."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -36,6 +37,7 @@ LAYERS = (  # from the bottom; those of one line know nothing of each other
     ("reports",),
     ("cli",),
 )
+HOME = re.compile(r"tuckerl(\.\w+)+(:\w+)?")
 FOLDERS = {folder for layer in LAYERS for folder in layer}
 
 
@@ -48,7 +50,7 @@ def layer_of(source: Path) -> str:
 
 
 def imported_layers(source: Path) -> set[str]:
-    """Return the layers of tuckerl that a file imports, wherever in it."""
+    """Return the layers of tuckerl that a file imports, wherever in it, or names as the homes of what it registers."""
     found = set()
     for node in ast.walk(ast.parse(source.read_text())):
         names = []
@@ -57,6 +59,8 @@ def imported_layers(source: Path) -> set[str]:
         elif isinstance(node, ast.ImportFrom) and node.module:
             assert node.level == 0, f"{source}: imports are absolute"
             names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        elif isinstance(node, ast.Constant) and HOME.fullmatch(str(node.value)):  # in a register
+            names = [str(node.value)]
         found |= {name.split(".")[1] for name in names if name.startswith("tuckerl.")}
     return found & (FOLDERS | GROUND)
 

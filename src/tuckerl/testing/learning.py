@@ -1,4 +1,4 @@
-"""Checks of what is learned: that it is right, finite and allowed, and that every change is marked."""
+"""Checks of what is learned: that it is right, finite and allowed, and that every change is recorded."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ def check_corridor(subject: Subject) -> None:
 
 
 def check_changes(subject: Subject) -> None:
-    """Check that every row which changes in an episode is marked, and kept as it was at the episode's end."""
+    """Check that every row which changes in an episode is recorded, and kept as it was at the episode's end."""
     for problem in (slippery(), drift()):
         learner = subject.on(problem, n_agents=2, tensor_step=tensor_step())
         for episode in range(3 * EVERY):
@@ -40,12 +40,12 @@ def check_changes(subject: Subject) -> None:
             for table, log in enumerate(learner.change_logs):
                 done = int(log.cursor[EPISODES])
                 begin = int(log.end[done - 2]) if done > 1 else 0
-                marked = log.state[begin : log.end[done - 1]]
+                recorded = log.state[begin : log.end[done - 1]]
                 for name, rows in _shared_tables(learner).items():
                     changed = np.flatnonzero(
                         (rows[table] != before[name][table]).reshape(len(rows[table]), -1).any(axis=1)
                     )
-                    missed = np.setdiff1d(changed, marked)
+                    missed = np.setdiff1d(changed, recorded)
                     if missed.size:
                         raise LearnerCheckError(
                             f"every row that changes must be recorded, as the tensor step sees no other; "

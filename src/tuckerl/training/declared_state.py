@@ -142,7 +142,8 @@ def share_state(
     share_tables(tables, mixture, None)
     if declaration.share == "by_row" and not is_copy:
         np.maximum(tables, 0.0, out=tables)
-        tables /= tables.sum(axis=-1, keepdims=True)
+        sums = tables.sum(axis=-1, keepdims=True)
+        tables /= np.where(sums > 0.0, sums, 1.0)  # a row of zeros is no distribution, and stays
     for array, shared in zip(values, tables, strict=True):
         array[rows] = shared
 

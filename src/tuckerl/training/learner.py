@@ -110,10 +110,12 @@ class Learner(ABC):
     """
 
     state_type: ClassVar[type]
-    """The NamedTuple that the algorithm's kernels are registered under: declared arrays, schedules and constants."""
+    """The NamedTuple that the algorithm's kernels are registered under, of declared arrays, schedules and constants."""
 
     reads_agents: ClassVar[Agents] = Agents.INDEPENDENT
-    """What it makes of a PettingZoo environment: a table for each agent, or one joint table."""
+    """What it makes of a PettingZoo environment, a table for each agent or one joint table."""
+
+    _python_calls: list[PythonCall]
 
     team_reward: str = "mean"
     """What a PettingZoo environment of a joint table pays."""
@@ -128,7 +130,9 @@ class Learner(ABC):
     def __new__(cls, *arguments: Any, **parameters: Any) -> Self:
         """Refuse unknown parameters, saying what may have been meant."""
         check_known(cls, parameters)
-        return super().__new__(cls)
+        learner = super().__new__(cls)
+        learner._python_calls = []  # before a subclass's own constructor, which may add to them
+        return learner
 
     def __init__(
         self,
@@ -170,7 +174,6 @@ class Learner(ABC):
         check_memory(self.n_agents, *shape)
         check_equal_spaces(self.problem, self.tensor_step)
         self.initial_q = check_initial_q(initial_q, shape)
-        self._python_calls: list[PythonCall] = []
         self._acting_policy = self.acting_policy(self.default_policy(chosen) if policy is None else chosen)
         self._state = self._new_state()
         self._prediction_rng = np.random.default_rng(child(self.seed_sequence, _PREDICTION_STREAM))

@@ -1,5 +1,6 @@
 """From observations, as an environment gives them, to actions, as it takes them: by the learner's policy."""
 
+import copy
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -89,7 +90,7 @@ class Predictor:
         n_states, n_actions = table.shape
         return AgentArrays(
             algorithm=EvaluationState(),
-            policy=policy.arrays(scheduled, self._declared[agent]),
+            policy=policy.arrays(scheduled, self._without_effect(policy, agent)),
             q=table,
             weights=np.ones(n_actions),
             step_sizes=np.zeros(n_actions),
@@ -107,6 +108,11 @@ class Predictor:
         if deterministic:
             return self._policy.preferences(q, self._declared[agent]), Greedy()
         return q, self._policy if deterministic is False else self._policy.target() or Greedy()
+
+    def _without_effect(self, policy: Policy, agent: int) -> dict[str, Any]:
+        """Return an agent's declared arrays, copies of those that the policy changes: learning must not notice."""
+        held = dict(self._declared[agent])
+        return held | {own.name: copy.deepcopy(held[own.name]) for own in policy.declare_state() if own.name in held}
 
     def predict(self, observation: Any, deterministic: bool | None) -> Any:
         """Return the actions for an observation, for a batch of them, or for a dict of observations by agent.

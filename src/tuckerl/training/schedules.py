@@ -1,4 +1,4 @@
-"""Learning step_sizes and exploration that change from episode to episode: pure functions of the episode's number."""
+"""Learning rates and exploration that change from episode to episode: pure functions of the episode's number."""
 
 import dataclasses
 from abc import ABC, abstractmethod

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from tuckerl._jit import kernel
+from tuckerl.errors import ParameterError
 from tuckerl.rng import uniform
 from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.training.greedy_actions import is_allowed, random_action, share_among_allowed
@@ -83,7 +84,14 @@ class OwnDistribution(Policy):
 
     def arrays(self, scheduled: FloatArray, state: Mapping[str, Any]) -> OwnDistributionArrays:
         """Return what the kernels read."""
-        return OwnDistributionArrays(state[self.name], scheduled)
+        return OwnDistributionArrays(self._distribution(state), scheduled)
+
+    def _distribution(self, state: Mapping[str, Any]) -> FloatArray:
+        if self.name not in state:
+            known = ", ".join(map(repr, state)) or "nothing"
+            raise ParameterError(f"{self!r} needs an array that the algorithm declares; it declares {known}")
+        distribution: FloatArray = state[self.name]
+        return distribution
 
     def target(self) -> "OwnDistribution":
         """Return the distribution without exploration."""
@@ -91,8 +99,7 @@ class OwnDistribution(Policy):
 
     def preferences(self, q: FloatArray, state: Mapping[str, Any]) -> FloatArray:
         """Return the distribution: its largest entries are the most probable actions."""
-        distribution: FloatArray = state[self.name]
-        return distribution
+        return self._distribution(state)
 
     def __repr__(self) -> str:
-        return f"OwnDistribution({self.name!r}, {self.epsilon!r})"
+        return f"OwnDistribution({self.name!r}, {self.epsilon!r}, {self.decay!r})"
