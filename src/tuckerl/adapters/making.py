@@ -1,6 +1,7 @@
-"""Environments by name: Gymnasium's, else PettingZoo's."""
+"""Makes environments: by name, Gymnasium's, else PettingZoo's, or by a callable."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from importlib import import_module
 from types import MappingProxyType
 from typing import Any, Protocol, cast
@@ -27,6 +28,18 @@ class ParallelEnvironment(Protocol):
 
 
 Made = GymEnvironment | ParallelEnvironment
+
+
+def maker_of(env: Any) -> Callable[[], Any] | None:
+    """Return what makes environments where `env` is an id or a callable; None where it is anything else."""
+    if isinstance(env, str):
+        return partial(make_environment, env)
+    return env if callable(env) and not isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)) else None
+
+
+def name_of(env: Any) -> str:
+    """Return what an environment is called in messages: its id, or its class."""
+    return str(getattr(getattr(env, "spec", None), "id", None) or type(env.unwrapped).__name__)
 
 
 def make_environment(name: str, keywords: Mapping[str, Any] = MappingProxyType({})) -> Made:

@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Discrete
 
-from tuckerl.adapters.making import make_environment
+from tuckerl.adapters.making import maker_of
 from tuckerl.checks import check_int
 from tuckerl.errors import ObservationError, ParameterTypeError, SpaceError
 from tuckerl.rng import child, seed_sequence
@@ -63,7 +63,12 @@ def quantile_edges(
     """
     check_int("steps", steps, 1)
     sequence = seed_sequence(seed)
-    made = env if isinstance(env, gymnasium.Env) else _make(env)
+    make = maker_of(env)
+    made: Any = env if make is None else make()
+    if not isinstance(made, gymnasium.Env):
+        raise ParameterTypeError(
+            f"env must be a Gymnasium environment, the id of one, or a callable that makes one; got {made!r}"
+        )
     try:
         space = made.observation_space
         if not isinstance(space, Box):
@@ -74,7 +79,7 @@ def quantile_edges(
         ]
         seen = _random_play(made, space, steps, sequence)
     finally:
-        if made is not env:
+        if make is not None:
             made.close()
     edges = []
     for count, values in zip(counts, seen.T, strict=True):
@@ -105,12 +110,3 @@ def _random_play(env: gymnasium.Env[Any, Any], space: Box, steps: int, sequence:
         worst = seen[int(np.argmin(np.isfinite(values).all(axis=1)))]
         raise ObservationError(f"quantiles need finite observations; got {worst!r}: give edges instead")
     return values
-
-
-def _make(env: Any) -> gymnasium.Env[Any, Any]:
-    made = make_environment(env) if isinstance(env, str) else env() if callable(env) else env
-    if not isinstance(made, gymnasium.Env):
-        raise ParameterTypeError(
-            f"env must be a Gymnasium environment, the id of one, or a callable that makes one; got {made!r}"
-        )
-    return made

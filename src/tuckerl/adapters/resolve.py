@@ -13,7 +13,7 @@ from pettingzoo.utils import BaseParallelWrapper
 
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.adapters.joint import JointEnv
-from tuckerl.adapters.making import GymEnvironment, Made, make_environment
+from tuckerl.adapters.making import GymEnvironment, Made, maker_of, name_of
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.python_problem import STEP_CAP
 from tuckerl.adapters.transition_tables import extract_transition_table
@@ -88,21 +88,20 @@ def as_problem(env: Environment, options: AdapterOptions = AdapterOptions()) -> 
     check_compiled(options.compiled)
     if isinstance(env, (Problem, Maze)):
         return _own_problem(env, options)
-    if isinstance(env, str):
-        return _adapted(make_environment(env), env, lambda: make_environment(env), options).with_source(env, id=env)
-    if isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
-        return _adapted(env, _name_of(env), None, options)
-    if callable(env):
-        made = env()
-        if not isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
+    make = maker_of(env)
+    made: Any = env if make is None else make()
+    if not isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
+        if make is not None:
             raise ParameterTypeError(
                 f"the callable must make a Gymnasium environment or a PettingZoo parallel environment; it made {made!r}"
             )
-        return _adapted(made, _name_of(made), env, options)
-    raise ParameterTypeError(
-        f"env must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that makes "
-        f"one, a TabularMDP, a Simulator or a Maze; got {env!r}"
-    )
+        raise ParameterTypeError(
+            "env must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that "
+            f"makes one, a TabularMDP, a Simulator or a Maze; got {env!r}"
+        )
+    if isinstance(env, str):
+        return _adapted(made, env, make, options).with_source(env, id=env)
+    return _adapted(made, name_of(made), make, options)
 
 
 def check_compiled(value: object) -> str | bool:
@@ -122,17 +121,11 @@ def check_compiled(value: object) -> str | bool:
 
 def _own_problem(env: Problem | Maze, options: AdapterOptions) -> Problem:
     """Return one of this library's problems, which takes no options."""
-    if options.bins is not None:
-        raise ParameterError(f"bins are for environments whose observations are a Box; {env!r} has states already")
+    _refuse_bins(options, repr(env))
     if isinstance(env, Problem) and not env.is_compiled:  # it may have been made with this reward
         return env
     _refuse_reward(options, f"a {type(env).__name__}")
     return env.to_mdp().with_source(type(env).__name__) if isinstance(env, Maze) else env
-
-
-def _name_of(env: Any) -> str:
-    specification = getattr(env, "spec", None)
-    return str(getattr(specification, "id", None) or type(env.unwrapped).__name__)
 
 
 def _adapted(env: Any, source: str, make: Callable[[], Any] | None, options: AdapterOptions) -> Problem:

@@ -65,7 +65,7 @@ class TabularMDP(Problem):
     action_mask : (S, A) bool, optional
         True where an action may be taken: learners choose among those only. A state in which none may is one in which
         all may. Default: all.
-    layout, action_names, state_factors, source, is_capped
+    layout, action_names, state_factors
         See :class:`~tuckerl.problems.problem.Problem`.
 
     Raises
@@ -101,20 +101,13 @@ class TabularMDP(Problem):
         layout: Layout | None = None,
         action_names: Sequence[str] | None = None,
         state_factors: Sequence[tuple[str, int]] | None = None,
-        source: str | None = None,
-        is_capped: bool = False,
     ) -> None:
-        states, rewards, ends = (
-            as_array("next_state", next_state),
-            as_array("reward", reward),
-            as_array("terminated", terminated),
-        )
+        outcomes = {"next_state": next_state, "reward": reward, "terminated": terminated}
+        states, rewards, ends = (as_array(name, values) for name, values in outcomes.items())
         check_outcomes(states, rewards, ends, with_probability=probability is not None)
         super().__init__(
             *map(int, states.shape[:2]),
             max_episode_steps=max_episode_steps,
-            is_capped=is_capped,
-            source=source,
             heuristic=heuristic,
             layout=layout,
             action_sizes=action_sizes,

@@ -173,7 +173,7 @@ class Simulator(Problem):
         Numbers that the functions read.
     max_episode_steps : int, optional
         An episode is truncated after as many steps; default: never.
-    heuristic, layout, action_names, state_factors, source
+    heuristic, layout, action_names, state_factors
         See :class:`~tuckerl.problems.problem.Problem`.
 
     Attributes
@@ -221,7 +221,6 @@ class Simulator(Problem):
         layout: Layout | None = None,
         action_names: Sequence[str] | None = None,
         state_factors: Sequence[tuple[str, int]] | None = None,
-        source: str | None = None,
     ) -> None:
         self.functions = Functions(reset, step, first_entry if index is None else index)
         _check_functions(self.functions)
@@ -229,7 +228,6 @@ class Simulator(Problem):
             n_states,
             n_actions,
             max_episode_steps=max_episode_steps,
-            source=source,
             heuristic=heuristic,
             layout=layout,
             action_names=action_names,

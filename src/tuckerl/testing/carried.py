@@ -110,7 +110,7 @@ def _check_simulator(simulator: Simulator, stage: Any, played: list[Moment]) -> 
 
 
 KIND_CHECKS: dict[str, tuple[Callable[[Any, str, int, int], None], Callable[[Any, Any, list[Moment]], None]]] = {
-    TabularMDP.kind: (lambda problem, source, episodes, seed: check_arrays(problem, source), _check_table),
+    TabularMDP.kind: (lambda mdp, source, *_: check_arrays(mdp, source), _check_table),
     Simulator.kind: (
         lambda problem, source, episodes, seed: check_simulator(problem, episodes, seed),
         _check_simulator,

@@ -1,13 +1,11 @@
 """What every problem must keep to, whatever its kind."""
 
-from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import gymnasium
 import pettingzoo
 
-from tuckerl.adapters.making import make_environment
+from tuckerl.adapters.making import maker_of
 from tuckerl.adapters.resolve import Environment, as_problem
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterTypeError, ProblemCheckError, ProblemError
@@ -58,7 +56,13 @@ def check_problem(problem: Environment, *, episodes: int = 20, seed: int = 0) ->
     if isinstance(problem, (Problem, Maze)) and (own := as_problem(problem)).kind in KIND_CHECKS:
         KIND_CHECKS[own.kind][0](own, repr(problem), n_episodes, number)
     else:
-        env, make = _made(problem)
+        make = maker_of(problem)
+        env: Any = problem if make is None else make()
+        if not isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
+            raise ParameterTypeError(
+                "problem must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable "
+                f"that makes one, a TabularMDP, a Simulator or a Maze; got {env!r}"
+            )
         check = check_parallel if isinstance(env, pettingzoo.ParallelEnv) else check_environment
         try:
             check(env, make, n_episodes, number)
@@ -67,21 +71,3 @@ def check_problem(problem: Environment, *, episodes: int = 20, seed: int = 0) ->
         finally:
             if make is not None:
                 env.close()
-
-
-def _made(problem: Any) -> tuple[Any, Callable[[], Any] | None]:
-    """Return an environment and, where it was not given as an instance, what makes more of them."""
-    make: Callable[[], Any] | None = None
-    env = problem
-    if isinstance(problem, str):
-        make = partial(make_environment, problem)
-    elif callable(problem) and not isinstance(problem, (gymnasium.Env, pettingzoo.ParallelEnv)):
-        make = problem
-    if make is not None:
-        env = make()
-    if not isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
-        raise ParameterTypeError(
-            f"problem must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable "
-            f"that makes one, a TabularMDP, a Simulator or a Maze; got {env!r}"
-        )
-    return env, make

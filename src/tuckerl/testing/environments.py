@@ -12,6 +12,7 @@ import gymnasium
 import numpy as np
 from gymnasium.utils.env_checker import check_env
 
+from tuckerl.adapters.making import name_of
 from tuckerl.adapters.masks import MASK, MaskReader
 from tuckerl.adapters.python_world import EnvironmentCopies
 from tuckerl.adapters.resolve import as_problem
@@ -48,11 +49,6 @@ def check_environment(env: Any, make: Callable[[], Any] | None, episodes: int, s
     except SpaceError:  # a Box without bins, so nothing is carried
         return
     check_carried(problem, stage, played, episodes, seed)
-
-
-def name_of(env: Any) -> str:
-    """Return what an environment is called in messages."""
-    return str(getattr(getattr(env, "spec", None), "id", None) or type(env.unwrapped).__name__)
 
 
 def check_beside(stage: Stage, other: Stage, sequence: np.random.SeedSequence, played: list[Moment]) -> None:

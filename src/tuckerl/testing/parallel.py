@@ -16,6 +16,7 @@ from pettingzoo.utils.conversions import (
 )
 
 from tuckerl.adapters.joint import JointEnv
+from tuckerl.adapters.making import name_of
 from tuckerl.adapters.masks import MaskReader
 from tuckerl.adapters.python_world import EnvironmentCopies
 from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
@@ -32,7 +33,6 @@ from tuckerl.testing.environments import (
     check_observation,
     check_reward,
     encoder_of_observations,
-    name_of,
     read_mask,
 )
 from tuckerl.testing.playing import Moment, Stage, check_equal, moments
