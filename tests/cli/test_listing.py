@@ -1,7 +1,7 @@
 import pytest
 from rich.console import Console
 
-from tuckerl.cli import listing, main
+from tuckerl.cli import COMMANDS, listing, main
 from tuckerl.environments import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
 from tuckerl.generalization.sharing import SHARING_RULES
 from tuckerl.generalization.weights import WEIGHTINGS
@@ -17,7 +17,12 @@ def listed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 
 @pytest.mark.parametrize(
     ("kind", "names"),
-    [("algorithms", list(ALGORITHMS)), ("weights", list(WEIGHTINGS)), ("shares", list(SHARING_RULES))],
+    [
+        ("algorithms", list(ALGORITHMS)),
+        ("scenarios", ["cart-pole", "dyna-maze", "robot-rescue"]),
+        ("weights", list(WEIGHTINGS)),
+        ("shares", list(SHARING_RULES)),
+    ],
 )
 def test_plain_lines_begin_with_the_name(kind: str, names: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     lines = [line.split("\t") for line in listed([kind], capsys).splitlines()]
@@ -33,7 +38,7 @@ def test_environments_begin_with_the_librarys_own(capsys: pytest.CaptureFixture[
 
 def test_all_is_the_default(capsys: pytest.CaptureFixture[str]) -> None:
     every = listed([], capsys)
-    assert every == "".join(listed([kind], capsys) for kind in listing.KINDS)
+    assert every == "".join(listed([kind], capsys) for kind in listing.LISTINGS)
 
 
 def test_on_a_terminal_there_are_tables(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -49,3 +54,13 @@ def test_an_unknown_kind_is_said(capsys: pytest.CaptureFixture[str]) -> None:
         main(["list", "algoritms"])
     assert end.value.code == 2
     assert capsys.readouterr().err == "tuckerl: unknown kind 'algoritms': did you mean 'algorithms'?\n"
+
+
+def test_every_command_and_scenario_has_a_description(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    shown = capsys.readouterr().out
+    for name, command in COMMANDS.items():
+        assert name in shown
+        assert (command.__doc__ or "").strip()
+    assert "the paper's section IV.A" in listed(["scenarios"], capsys)

@@ -42,8 +42,8 @@ def test_an_agent_is_trained_evaluated_and_shown(tmp_path: Path, capsys: pytest.
     assert status_of(*LAKE, "--episodes", "40", "--out", "lake") == 0
     out, err = capsys.readouterr()
     assert err.splitlines()[0] == (
-        "FrozenLake-v1: its transition table (16 states, 4 actions) is played in compiled code; --set compiled=false "
-        "steps the environment instead"
+        "FrozenLake-v1: its transition table (16 states, 4 actions) is played in compiled code; "
+        "--set compiled=false steps the environment instead"
     )
     history = pl.read_parquet("lake/history.parquet")
     assert history.shape == (120, 4)
@@ -72,8 +72,8 @@ def test_an_agent_is_trained_evaluated_and_shown(tmp_path: Path, capsys: pytest.
     assert status_of("show", "lake/agent.tuckerl") == 0
     shown = capsys.readouterr().out
     assert "Learned: 40 episodes, 3 agents" in shown
-    assert "Page: results/show/lake/inside.html" in shown
-    assert "left" in Path("results/show/lake/inside.html").read_text()
+    assert "Page: results/show/lake/inspect.html" in shown
+    assert "left" in Path("results/show/lake/inspect.html").read_text()
     assert Path("results/show/lake/figures/policy.png").stat().st_size > 1000
 
 
@@ -329,6 +329,6 @@ def test_tensors_are_shown(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.splitlines() == [
         "Tensor: 6 states, 2 actions, 3 episodes and 2 agents",
         f"Decomposition with ranks (3, 1, 3, 1): fit {fit:.3g}",
-        "Page: looked/inside.html",
+        "Page: looked/inspect.html",
     ]
     assert Path("looked/figures/policy.svg").exists()

@@ -75,14 +75,14 @@ def test_the_window_is_as_small_as_what_changed_in_it() -> None:
     problem = TabularMDP(ring, reward, np.zeros_like(ring, dtype=bool), max_episode_steps=400)
     step = TensorStep(every=2, ranks=(2, 2, 2, 1))
     learner = QLearning(problem, epsilon=1.0, tensor_step=step, seed=0).learn(2)
-    run = learner._run
-    assert run is not None
-    touched = run.snapshots.states.size
+    step_state = learner._state.tensor_step
+    assert step_state is not None
+    touched = step_state.snapshots.states.size
     assert touched > 150
     short = QLearning(problem.with_time_limit(5), epsilon=1.0, seed=0)  # lends its world, where five steps touch few
-    learner._worlds = short._worlds
+    learner._state.worlds = short._state.worlds
     learner.learn(1)
-    tensor = run.snapshots.tensor(learner._logs)
+    tensor = step_state.snapshots.tensor(learner.change_logs)
     assert tensor.shape[0] <= 5 + 2
     dense = np.stack([learner.q[0], learner.q[0]], axis=2)  # as after an episode that changes nothing more
     ours, theirs = unfold(tensor, 1), unfold(dense, 1)
@@ -94,5 +94,6 @@ def test_when_every_state_was_touched_no_row_is_added() -> None:
     for initial_q in (0.5, np.full((2, 3), 0.5)):
         step = TensorStep(every=10, ranks=(1, 1, 1, 1))
         learner = QLearning(problem, epsilon=1.0, initial_q=initial_q, tensor_step=step, seed=0).learn(9)
-        assert learner._run is not None
-        assert learner._run.snapshots.tensor(learner._logs).shape == (2, 3, 10, 1)
+        step_state = learner._state.tensor_step
+        assert step_state is not None
+        assert step_state.snapshots.tensor(learner.change_logs).shape == (2, 3, 10, 1)

@@ -79,34 +79,36 @@ def test_a_second_process_finds_the_compiled_code(tmp_path: Path) -> None:
 MINE = """
 from typing import NamedTuple
 
-class Method(NamedTuple):
+class MyState(NamedTuple):
     number: int
 """
 CHOICE = """
 import numpy as np
 from tuckerl.generalization.change_log import empty_log
-from tuckerl.training.policies import greedy
-from tuckerl.training.agent_arrays import Agent, Record, Settings
-from tuckerl.learners.q_learning import QMethod
+from tuckerl.training.greedy_actions import greedy_action
+from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
+from tuckerl.training.policies.greedy import GreedyArrays
+from tuckerl.learners.q_learning import QLearningState
 
-def choose(method):
+def choose(state):
     nothing, none = np.zeros(0), np.zeros(0, dtype=np.int64)
-    record = Record(none, nothing, none, nothing, nothing, 0)
+    record = EpisodeRecord(none, nothing, none, np.zeros((0, 1)), 0)
     mask, stream = np.zeros((0, 0), dtype=np.bool_), np.ones(4, dtype=np.uint64)
     table = np.array([[1.0, 3.0, 2.0]])
     settings = Settings(0.9, 0.0, True)
-    agent = Agent(method, table, nothing, nothing, mask, settings, empty_log(1, 3, 0), record, stream)
-    assert greedy(agent, 0) == 1
+    log = empty_log(1, 3, 0)
+    agent = AgentArrays(state, GreedyArrays(), table, nothing, nothing, nothing, mask, settings, log, record, stream)
+    assert greedy_action(agent, 0) == 1
 
-choose(QMethod())
+choose(QLearningState())
 """
 
 
 def test_code_compiled_for_an_algorithm_of_others_is_not_kept(tmp_path: Path) -> None:
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     (tmp_path / "mine.py").write_text(MINE)
-    with_mine = "from mine import Method\n" + CHOICE + "choose(Method(1))\n"
-    tell = "print(sum(greedy.stats.cache_hits.values()), sum(greedy.stats.cache_misses.values()))"
+    with_mine = "from mine import MyState\n" + CHOICE + "choose(MyState(1))\n"
+    tell = "print(sum(greedy_action.stats.cache_hits.values()), sum(greedy_action.stats.cache_misses.values()))"
 
     def run(code: str) -> str:
         command = [sys.executable, "-c", code + tell]

@@ -44,16 +44,16 @@ def test_q_learning_equals_its_twin(name: str, alpha: float, gamma: float) -> No
         assert learner.trajectories[agent].tolist() == slow.trajectory
 
 
-@pytest.mark.parametrize("walk", ["trajectory", "restart", "random"])
+@pytest.mark.parametrize("search_control", ["trajectory", "restart", "random"])
 @pytest.mark.parametrize("planning_steps", [0, 1, 10])
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_dyna_h_equals_its_twin(name: str, planning_steps: int, walk: SearchControl) -> None:
+def test_dyna_h_equals_its_twin(name: str, planning_steps: int, search_control: SearchControl) -> None:
     problem = PROBLEMS[name]
     alpha, gamma = NUMBERS[planning_steps % 4]
     learner = DynaH(
         problem,
         planning_steps=planning_steps,
-        search_control=walk,
+        search_control=search_control,
         alpha=alpha,
         gamma=gamma,
         epsilon=1.0,
@@ -67,7 +67,7 @@ def test_dyna_h_equals_its_twin(name: str, planning_steps: int, walk: SearchCont
             seed=8,
             agent=agent,
             planning_steps=planning_steps,
-            search_control=walk,
+            search_control=search_control,
             alpha=alpha,
             gamma=gamma,
             epsilon=1.0,

@@ -18,11 +18,11 @@ from tuckerl import DynaH, QLearning, SarsaLambda, TeamQ, TensorStep
 step = TensorStep(every=3, ranks=(2, 2, 2, 1), floor=0.1)
 mdp = masked_mdp(3, n_states=5, limit=10)
 tables = {
-    "lifted": SarsaLambda(mdp, seed=1, n_agents=2, tensor_step=step),
-    "stepped": QLearning(TableEnv(mdp), seed=1, tensor_step=step),
+    "extracted": SarsaLambda(mdp, seed=1, n_agents=2, tensor_step=step),
+    "in Python": QLearning(TableEnv(mdp), seed=1, tensor_step=step),
     "team": TeamQ(TableEnv(mdp), seed=1),
     "dyna": DynaH(TableEnv(mdp), seed=1, heuristic=np.arange(5.0), planning_steps=2),
-    "players": QLearning(Masked(), seed=1, tensor_step=step),
+    "independent agents": QLearning(Masked(), seed=1, tensor_step=step),
 }
 np.savez(sys.argv[1], **{name: learner.learn(4).q for name, learner in tables.items()})
 """

@@ -68,7 +68,7 @@ def test_greedy_actions_equal_the_twins(made: Any, ties: str) -> None:
         rng.random((5, 4)) < 0.2,
         max_episode_steps=5,
         heuristic=np.arange(5.0),
-        action_mask=~masks(1, 5, (4,)),
+        action_mask=masks(1, 5, (4,)),
     )
     extra = {"planning_steps": 1} if made is DynaH else {"lambda_": 0.5} if made in (SarsaLambda, TeamQ) else {}
     compare(made, problem, alpha=0.5, gamma=0.5, epsilon=0.5, ties=ties, **extra)
@@ -76,7 +76,7 @@ def test_greedy_actions_equal_the_twins(made: Any, ties: str) -> None:
 
 @pytest.mark.parametrize("exploration", ["independent", "joint"])
 @pytest.mark.parametrize("cut", [False, True])
-def test_members_with_masks_equal_the_twin(exploration: str, cut: bool) -> None:
+def test_teams_with_masks_equal_the_twin(exploration: str, cut: bool) -> None:
     for seed in range(3):
         problem = masked_mdp(seed, sizes=(3, 2, 2))
         compare(TeamQ, problem, alpha=0.1, epsilon=1.0, exploration=exploration, cut_traces=cut, trace="accumulating")
@@ -143,7 +143,7 @@ def test_greedy_episodes_keep_to_the_mask() -> None:
     assert (evaluation.returns == evaluation.steps).all()
 
 
-def test_members_who_explore_need_masks_of_their_own() -> None:
+def test_agents_who_explore_need_masks_of_their_own() -> None:
     # Both may do 0 or 1, but not the same: who explores cannot know.
     mask = [[False, True, True, False]]
     problem = TabularMDP([[0] * 4], [[0.0] * 4], [[True] * 4], action_sizes=(2, 2), action_mask=mask)

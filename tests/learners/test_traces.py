@@ -12,7 +12,7 @@ from tests.learners.worlds import agent_of, drift, random_mdp
 from tuckerl import QLearning, Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ
 from tuckerl.errors import SimulatorError
 from tuckerl.learners import traces as module
-from tuckerl.learners.team_q import Team, team_action
+from tuckerl.learners.team_policy import TeamEpsilonGreedyArrays, choose
 from tuckerl.learners.traces import EPOCH, ROWS
 from tuckerl.training.learner import Learner
 
@@ -89,7 +89,7 @@ def test_a_copied_agents_traces_replace_what_was_there() -> None:
     learner = SarsaLambda(random_mdp(3, n_states=12), carry_trace=True, lambda_=0.99, n_agents=3, seed=1).learn(4)
 
     def dense(agent: int) -> Any:
-        traces = learner._traces[agent]
+        traces = learner._state.declared[agent]["traces"]
         slots = traces.slot
         assert set(slots[slots > 0].tolist()) == set(range(1, int(traces.cursor[ROWS]) + 1))
         np.testing.assert_array_equal(traces.state[slots[slots > 0]], np.flatnonzero(slots))
@@ -99,19 +99,19 @@ def test_a_copied_agents_traces_replace_what_was_there() -> None:
 
     before = [dense(agent) for agent in range(3)]
     assert not np.array_equal(before[0], before[1])
-    learner._share(np.array([0.0, 1.0, 0.0]))
+    learner._state.share(np.array([0.0, 1.0, 0.0]))
     for agent in range(3):
         np.testing.assert_array_equal(dense(agent), before[1])
         np.testing.assert_array_equal(learner.q[agent], learner.q[1])
     learner.learn(2)
     assert not np.array_equal(dense(0), dense(1))  # copies, not the same memory
-    learner._share(np.array([0.5, 0.5, 0.0]))
+    learner._state.share(np.array([0.5, 0.5, 0.0]))
     for agent in range(3):
         assert not dense(agent).any()
 
 
 def test_a_cut_by_hand() -> None:
-    # 0 -> 1 -> end; in state 1 the only greedy action is 0. One member, who explores always and plays 1 half the time.
+    # 0 -> 1 -> end; in state 1 the only greedy action is 0. One agent, who explores always and plays 1 half the time.
     problem = TabularMDP([[1, 1], [1, 1]], [[0.0, 0.0], [4.0, 4.0]], [[False, False], [True, True]])
     table = np.array([[0.0, 0.0], [1.0, 0.0]])
     seen = set()
@@ -156,7 +156,7 @@ def test_without_lambda_it_is_the_one_step_algorithm(ends: Any) -> None:
     parameters: dict[str, Any] = {"alpha": 0.3, "epsilon": 0.2, "seed": 3, "n_agents": 2}
     one_step = {name: value for name, value in ends.items() if name == "gamma"}
     same_bits(SarsaLambda(problem, **ends, **parameters).learn(30), Sarsa(problem, **one_step, **parameters).learn(30))
-    # A team of one member, too: its draws are those of Q-learning.
+    # A team of one agent, too: its draws are those of Q-learning.
     same_bits(TeamQ(problem, **ends, **parameters).learn(30), QLearning(problem, **one_step, **parameters).learn(30))
 
 
@@ -168,12 +168,12 @@ def test_bootstrap_terminal_means_the_same_to_all() -> None:
     assert not np.array_equal(made.q, QLearning(problem, seed=3).learn(30).q)
 
 
-def test_members_explore_on_their_own() -> None:
-    team = Team(np.array([3, 2]), np.zeros(2, dtype=np.int64), cut_traces=True)
-    agent, counts = agent_of(np.array([[0.0, 0, 0, 1, 0, 0]]), seed=1), np.zeros(6)
+def test_the_agents_of_a_team_explore_on_their_own() -> None:
+    team = TeamEpsilonGreedyArrays(np.array([0.5]), np.array([3, 2]), np.zeros(2, dtype=np.int64), np.zeros(6))
+    agent, counts = agent_of(np.array([[0.0, 0, 0, 1, 0, 0]]), policy=team, seed=1), np.zeros(6)
     for _ in range(20_000):
-        counts[team_action(team, agent, 0, 0.5)] += 1
-    # The greedy parts are 1 and 1: a member plays its own with 1/2 + 1/2 / size.
+        counts[choose(team, agent, 0)] += 1
+    # The greedy parts are 1 and 1: an agent plays its own with 1/2 + 1/2 / size.
     first, second = np.array([1 / 6, 4 / 6, 1 / 6]), np.array([1 / 4, 3 / 4])
     np.testing.assert_allclose(counts / 20_000, np.outer(first, second).ravel(), atol=0.012)
 
@@ -182,10 +182,10 @@ def test_members_explore_on_their_own() -> None:
 @pytest.mark.parametrize("learner", [SarsaLambda, TeamQ])
 def test_nothing_is_pending_after_learning(learner: Any, carry_trace: bool) -> None:
     made = learner(random_mdp(63, limit=700, ends=0.001), carry_trace=carry_trace, seed=1).learn(3)
-    traces = made._traces[0]
+    traces = made._state.declared[0]["traces"]
     assert traces.clock.tolist() == [1.0, 0.0, 0.0]
     assert traces.cursor[EPOCH] == 0
-    assert not traces.seen[1 : traces.cursor[ROWS] + 1].any()
+    assert not traces.synced[1 : traces.cursor[ROWS] + 1].any()
     assert (traces.cursor[ROWS] > 0) == carry_trace
 
 
@@ -195,10 +195,10 @@ def test_rows_are_bounded_by_the_length_of_a_trace_not_by_the_states(monkeypatch
     states = np.arange(n_states)[:, None]
     ring = TabularMDP((states + 1) % n_states, np.ones((n_states, 1)), states < 0, max_episode_steps=n_states)
     learner = SarsaLambda(ring, gamma=1.0, lambda_=0.5, carry_trace=True, seed=0).learn(1)
-    alive = int(learner._traces[0].cursor[ROWS])
+    alive = int(learner._state.declared[0]["traces"].cursor[ROWS])
     assert 900 < alive < 1000
-    # The slots that were ever used: those alive, and as many as 40 eras of 27 steps add before they are looked through.
-    used = int((learner._traces[0].state > 0).sum())
+    # The slots that were ever used: those alive, and as many as 40 epochs of 27 steps add before a flush.
+    used = int((learner._state.declared[0]["traces"].state > 0).sum())
     assert alive <= used < alive + module._N_EPOCHS * 27 + 27
 
 
@@ -229,7 +229,7 @@ for n_states in (100, 10_000):
         [sys.executable, "-W", "ignore", "-c", script], capture_output=True, text=True, check=True, env=environment
     )
     few, many = (int(line) for line in done.stdout.split())
-    assert 0 < few <= 3 * 3000  # two rows a step that are looked at, and one that is settled at the end
+    assert 0 < few <= 3 * 3000  # two rows a step that are looked at, and one that is flushed at the end
     assert many <= 3 * 3000
 
 

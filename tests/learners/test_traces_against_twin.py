@@ -107,7 +107,7 @@ def test_traces_equal_the_sweep(learner: str, name: str, trace: str, carry_trace
 @pytest.mark.parametrize("trace", ["replacing", "accumulating"])
 @pytest.mark.parametrize("learner", ["SarsaLambda", "TeamQ"])
 def test_long_episodes_equal_the_sweep(learner: str, trace: str, carry_trace: bool) -> None:
-    # Thousands of steps, so that eras begin dozens of times and rows are settled because there are too many of them.
+    # Thousands of steps, so that epochs begin dozens of times and traces are flushed as there are too many.
     problem = random_mdp(9, n_states=25, limit=4000, ends=0.0)
     for gamma, lambda_ in [(0.95, 0.95), (0.7, 0.1), (0.999, 1.0)]:
         parameters: dict[str, Any] = {"alpha": 0.05, "gamma": gamma, "lambda_": lambda_, "trace": trace}
@@ -246,7 +246,7 @@ def test_snapshots_inside_a_window_are_the_twins_tables(learner: str, carry_trac
     step = TensorStep(every=6, ranks=(2, 2, 2, 1))
     made = MADE[learner](problem, tensor_step=step, **parameters).learn(5)
     slow = TWINS[MADE[learner]](problem, **parameters)
-    tables = tables_in(made._logs[0], np.zeros((20, 3)))
+    tables = tables_in(made.change_logs[0], np.zeros((20, 3)))
     assert len(tables) == 5
     for table in tables:
         slow.episode(np.ones(3))

@@ -5,7 +5,8 @@ import pytest
 
 from tests.learners.worlds import agent_of, corridor
 from tuckerl import DynaH, QLearning, TabularMDP, sutton_maze
-from tuckerl.learners.q_learning import update
+from tuckerl.learners.q_learning import QLearningState, update
+from tuckerl.training.agent_arrays import Transition
 
 
 def one_way(length: int, limit: int = 100) -> TabularMDP:
@@ -26,10 +27,10 @@ def test_one_update_by_hand() -> None:
     agent = agent_of(q)
     agent.step_sizes[:] = 1.0, 0.25
     # 2 + 0.25 (1 + 0.5 x 4 - 2) = 2.25
-    assert update(agent, 0, 1, 1.0, 0.5, 1) == 2.25
+    assert update(QLearningState(), agent, Transition(0, 1, 1.0, 0.5, 1, False), 0)
     np.testing.assert_array_equal(q, [[1.0, 2.25], [4.0, 3.0]])
     # At the end nothing is bootstrapped: 4 + 1 (-2 - 4) = -2
-    update(agent, 1, 0, -2.0, 0.0, 0)
+    assert update(QLearningState(), agent, Transition(1, 0, -2.0, 0.0, 0, True), 0)
     np.testing.assert_array_equal(q, [[1.0, 2.25], [-2.0, 3.0]])
 
 
@@ -93,7 +94,7 @@ def test_q_learning_finds_the_optimal_table_of_a_corridor(gamma: float) -> None:
 
 def test_weights_scale_the_learning_rate_of_their_action() -> None:
     learner = QLearning(one_way(1), alpha=0.5, gamma=0.9, seed=0)
-    learner._weights[0] = 0.5
+    learner._state.weights[0] = 0.5
     learner.learn(1)
     assert learner.q[0, 0, 0] == 2.5  # 0 + 0.5 x 0.5 x 10
 
@@ -113,7 +114,7 @@ def test_dyna_h_finds_the_shortest_path_of_suttons_maze() -> None:
 
 def test_epsilon_decays_by_episode() -> None:
     learner = QLearning(corridor(), epsilon=0.8, epsilon_decay=0.5, n_agents=2, seed=0).learn(3)
-    assert learner._epsilons.values(4).tolist() == [0.8, 0.4, 0.2, 0.1]
+    assert learner.scheduled("epsilon").tolist() == [0.8, 0.4, 0.2]
     # In the fourth episode, then, 1 in 10 of predicted actions is random, and 1 in 2 of these is not the greedy one.
     others = [learner.predict(0, deterministic=False)[0] != learner.predict(0)[0] for _ in range(4000)]
     assert abs(np.mean(others) - 0.05) < 0.012

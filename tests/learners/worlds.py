@@ -15,7 +15,8 @@ from tuckerl import Maze, Simulator, TabularMDP
 from tuckerl.errors import MazeError
 from tuckerl.generalization.change_log import empty_log
 from tuckerl.rng import seed_sequence, stream, uniform
-from tuckerl.training.agent_arrays import Agent, Record, Settings
+from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
+from tuckerl.training.policies.greedy import GreedyArrays
 from tuckerl.types import FloatArray
 from tuckerl.types import Stream as Words
 
@@ -96,20 +97,29 @@ def random_mdp(
     )
 
 
-def agent_of(q: FloatArray, *, seed: int = 0, action_mask: Any = None, random_ties: bool = True) -> Agent:
-    """An agent as kernels read it, with a table and without a method, an episode or a log."""
-    nothing, none = np.zeros(0), np.zeros(0, dtype=np.int64)
-    return Agent(
-        method=None,
+def agent_of(
+    q: FloatArray,
+    *,
+    policy: Any = GreedyArrays(),  # noqa: B008  # it is immutable
+    seed: int = 0,
+    action_mask: Any = None,
+    random_ties: bool = True,
+) -> AgentArrays:
+    """An agent as kernels read it, with a table and a policy and without an algorithm, an episode or a log."""
+    none = np.zeros(0, dtype=np.int64)
+    return AgentArrays(
+        algorithm=None,
+        policy=policy,
         q=q,
         weights=np.ones(q.shape[1]),
         step_sizes=np.zeros(q.shape[1]),
+        scheduled=np.zeros(1),
         action_mask=np.zeros((0, 0), dtype=np.bool_)
         if action_mask is None
         else np.asarray(action_mask, dtype=np.bool_),
         settings=Settings(gamma=0.95, terminal_discount=0.0, random_ties=random_ties),
         log=empty_log(q.shape[0], q.shape[1], 0),
-        record=Record(none, nothing, none, nothing, nothing, 0),
+        record=EpisodeRecord(none, np.zeros(0), none, np.zeros((0, 1)), 0),
         rng=stream(seed_sequence(seed)),
     )
 

@@ -1,4 +1,4 @@
-"""Team-Q line by line: Watkins' Q(lambda) on joint states and joint actions, each member exploring on its own."""
+"""Team-Q line by line: Watkins' Q(lambda) on joint states and joint actions, each agent exploring on its own."""
 
 import math
 from typing import Any
@@ -10,7 +10,7 @@ from tests.reference.sarsa_lambda import SarsaLambdaLearner
 
 
 class TeamQLearner(SarsaLambdaLearner):
-    """One team; `sizes` are its members' numbers of actions."""
+    """One team; `sizes` are its agents' numbers of actions."""
 
     def __init__(self, *args: Any, sizes: tuple[int, ...], cut_traces: bool = True, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -18,11 +18,11 @@ class TeamQLearner(SarsaLambdaLearner):
         self.n_cuts = 0
 
     def policy(self, state: int) -> int:
-        """Each member's part: its own, or that of one greedy joint action."""
+        """Each agent's part: its own, or that of one greedy joint action."""
         own: list[int | None] = []
-        for member in range(len(self.sizes)):
+        for agent in range(len(self.sizes)):
             explores = self.stream.uniform() < self.epsilon
-            possible = self.parts_of(member, state) if explores else []
+            possible = self.parts_of(agent, state) if explores else []
             own.append(possible[self.stream.below(len(possible))] if explores else None)
         if None not in own:
             return int(np.ravel_multi_index([part for part in own if part is not None], self.sizes))
@@ -33,10 +33,10 @@ class TeamQLearner(SarsaLambdaLearner):
         parts = [int(shared[m]) if part is None else part for m, part in enumerate(own)]
         return int(np.ravel_multi_index(parts, self.sizes))
 
-    def parts_of(self, member: int, state: int) -> list[int]:
-        """What a member may do: its part of any joint action that may be taken."""
+    def parts_of(self, agent: int, state: int) -> list[int]:
+        """What an agent may do: its part of any joint action that may be taken."""
         allowed = self.world.allowed(state)
-        return sorted({int(part) for part in np.unravel_index(allowed, self.sizes)[member]})
+        return sorted({int(part) for part in np.unravel_index(allowed, self.sizes)[agent]})
 
     def episode(self, omega: Table) -> tuple[int, float]:
         self.begin_episode()

@@ -7,22 +7,20 @@ import numpy as np
 import polars as pl
 
 from tuckerl.problems.maze import Maze, sutton_maze
-from tuckerl.reports.picture import Picture
 from tuckerl.studies.ablation import Ablation, AblationStep, ablation_study
 from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.claims import Claim
 from tuckerl.studies.dyna_maze import DYNA_MAZE
 from tuckerl.studies.robot_rescue import ROBOT_RESCUE
-from tuckerl.studies.runner import SCHEMAS, Tables
-from tuckerl.studies.sensitivity import DEFAULT, Cell
-from tuckerl.studies.statistics import Band, Difference
+from tuckerl.studies.runner import SCHEMAS, StudyTables
+from tuckerl.studies.sensitivity import DEFAULT, Cell, Sensitivity
+from tuckerl.studies.statistics import NO_DIFFERENCE, Band, Difference
 from tuckerl.studies.study import Scenario, Study
 from tuckerl.studies.summary import Curve, Path, Summary, WeightCourse
 from tuckerl.types import FloatArray
 
 N_EPISODES = 20
 LEVELS = (0.5, 0.4, 0.6, 0.48)  # of the first four actions' weights
-NO_DIFFERENCE = Difference(math.nan, math.nan, math.nan, 0, 0)
 
 
 def sutton(_: int) -> Maze:
@@ -42,10 +40,6 @@ def study_of(*scenarios: Scenario) -> Study:
     return Study(scenarios or (SCENARIO,), seed=5)
 
 
-def scenario_of(picture: Picture) -> Scenario:
-    return next(scenario for scenario in SCENARIOS if scenario.name == picture.scenario)
-
-
 def band(mean: FloatArray, half: float = 1.0) -> Band:
     return Band(mean, mean - half, mean + half)
 
@@ -58,7 +52,7 @@ def summary_of(scenario: Scenario = SCENARIO, n_episodes: int = N_EPISODES) -> S
         Curve(name, band((100 - i) * episodes), band(-i * episodes, i), 3, 0) for i, name in enumerate(names)
     )
     windows = np.arange(10, n_episodes + 1, 10)
-    levels = [*LEVELS, *np.linspace(0.1, 0.3, scenario.family.n_actions - 4)]
+    levels = [*LEVELS, *np.linspace(0.1, 0.3, scenario.algorithm.n_actions - 4)]
     weights = tuple(
         WeightCourse(name, windows, tuple(band(np.full(windows.size, level), 0.01) for level in levels))
         for name in names[1:]
@@ -91,19 +85,19 @@ def claim(
         f"the claim number {claim_id}",
         SCENARIO.name,
         verdict,
-        Difference(*difference, 3, n_diverged),
-        Difference(*control, 3, n_diverged),
         3,
         "dyna-ht-1 against dyna-h; control constant-1",
+        Difference(*difference, 3, n_diverged),
+        Difference(*control, 3, n_diverged),
     )
 
 
 def weights_claim(verdict: str = "holds") -> Claim:
-    return Claim("C9", "omega is in (0, 1]", "all", verdict, NO_DIFFERENCE, NO_DIFFERENCE, 12, "96 weights")
+    return Claim("C9", "omega is in (0, 1]", "all", verdict, 12, "96 weights")
 
 
-def tables_of(scenario: Scenario = SCENARIO) -> Tables:
-    """Tables as a study leaves them; run 2 of dyna-ht-1 diverged in its sixth episode."""
+def tables_of(scenario: Scenario = SCENARIO) -> StudyTables:
+    """StudyTables as a study leaves them; run 2 of dyna-ht-1 diverged in its sixth episode."""
     rng = np.random.default_rng(1)
     runs, times = [], []
     for variant in scenario.variants:
@@ -118,14 +112,14 @@ def tables_of(scenario: Scenario = SCENARIO) -> Tables:
                     row = {"agent": agent, "episode": episode, "steps": steps, "return": reward, "diverged": lost}
                     runs.append(key | row)
     rows = {"runs": runs, "weights": [], "paths": [], "times": times}
-    return Tables(**{name: pl.DataFrame(rows[name], schema=schema) for name, schema in SCHEMAS.items()})
+    return StudyTables(**{name: pl.DataFrame(rows[name], schema=schema) for name, schema in SCHEMAS.items()})
 
 
 def difference(mean: float, half: float = 0.05, n_diverged: int = 0) -> Difference:
     return Difference(mean, mean - half, mean + half, 3, n_diverged)
 
 
-def gain_of(scenario: Scenario = SCENARIO) -> Ablation:
+def ablation_of(scenario: Scenario = SCENARIO) -> Ablation:
     """The constant rate gains, random actions lose, the rest decides nothing; of two no pair is left."""
     (small,) = ablation_study(study_of(scenario), n_runs=3).scenarios
     base, *names = (variant.name for variant in small.variants)
@@ -137,23 +131,24 @@ def gain_of(scenario: Scenario = SCENARIO) -> Ablation:
         names[4]: (names[2], NO_DIFFERENCE, NO_DIFFERENCE),
     }
     rest = {name: (base if name.endswith("-slow") else names[2], difference(0.02), difference(0.02)) for name in names}
-    ingredients = (
+    steps = (
         AblationStep(f"+ ingredient {name}", name, own, before, added)
         for name, (before, own, added) in (rest | effects).items()
     )
-    return Ablation(small, tuple(ingredients))
+    return Ablation(small, tuple(steps))
 
 
-def cells_of() -> list[Cell]:
+def sensitivity_of() -> Sensitivity:
     """C5 holds as read, fails under one reading, has no pair left under another and was not run under a third."""
     lost = claim("not decided", (math.nan,) * 3, (math.nan,) * 3, n_diverged=3)
-    return [
-        Cell("dyna-maze", DEFAULT, claim("holds")),
-        Cell("dyna-maze", DEFAULT, claim("not decided", (0.01, -0.02, 0.03), claim_id="C6")),
-        Cell("dyna-maze", "other reading", claim("does not hold", (-0.4, -0.5, -0.3))),
-        Cell("dyna-maze", "other reading", claim("not decided", (-0.01, -0.02, 0.03), claim_id="C6")),
-        Cell("dyna-maze", "wild reading", lost),
-        Cell("dyna-maze", "never run", lost._replace(difference=NO_DIFFERENCE)),
-        Cell("cart-pole", DEFAULT, claim("holds", (2.0, 1.0, 3.0), claim_id="C1")),
-        Cell("cart-pole", "random ties", claim("holds", (0.004, 0.001, 0.008), claim_id="C1")),
-    ]
+    cells = (
+        Cell("DYNA maze", DEFAULT, claim("holds")),
+        Cell("DYNA maze", DEFAULT, claim("not decided", (0.01, -0.02, 0.03), claim_id="C6")),
+        Cell("DYNA maze", "other reading", claim("does not hold", (-0.4, -0.5, -0.3))),
+        Cell("DYNA maze", "other reading", claim("not decided", (-0.01, -0.02, 0.03), claim_id="C6")),
+        Cell("DYNA maze", "wild reading", lost),
+        Cell("DYNA maze", "never run", lost._replace(difference=NO_DIFFERENCE)),
+        Cell("Cart pole", DEFAULT, claim("holds", (2.0, 1.0, 3.0), claim_id="C1")),
+        Cell("Cart pole", "random ties", claim("holds", (0.004, 0.001, 0.008), claim_id="C1")),
+    )
+    return Sensitivity(cells)

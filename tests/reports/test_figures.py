@@ -1,27 +1,51 @@
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from tests.reports.examples import LEVELS, N_EPISODES, SCENARIO, SCENARIOS, nothing_of, scenario_of, summary_of
+from tests.reports.examples import LEVELS, N_EPISODES, SCENARIO, SCENARIOS, nothing_of, summary_of
 from tuckerl.errors import ProblemError
 from tuckerl.problems.maze import sutton_maze
-from tuckerl.reports.curves import CurveWords, gains
-from tuckerl.reports.fig9 import FIG9
-from tuckerl.reports.fig10 import draw_fig10
-from tuckerl.reports.fig11 import draw_fig11
-from tuckerl.reports.fig13 import FIG13
-from tuckerl.reports.figures import PICTURES
-from tuckerl.reports.omega import draw_omega_dyna_maze
-from tuckerl.reports.omega_map import CART_POLE_ACTIONS, RESCUE_ACTIONS
-from tuckerl.reports.picture import Picture, own_style, show
+from tuckerl.reports.curves import CURVES, panels_of
+from tuckerl.reports.figure import FigureSpec, draw_figures, own_style
+from tuckerl.reports.figures import FIGURES
+from tuckerl.reports.paths import PATHS, draw_paths
 from tuckerl.reports.styles import EndLabel, label_ends, line_styles
-from tuckerl.studies.dyna_maze import FAMILY
+from tuckerl.studies.dyna_maze import ALGORITHM
+from tuckerl.studies.figure_text import WeightText
 from tuckerl.studies.statistics import Band
-from tuckerl.studies.study import variant
+from tuckerl.studies.study import Scenario, variant
+from tuckerl.studies.summary import Summary
+
+
+def summary_name(spec: FigureSpec[Any], scenario: Scenario) -> str:
+    return spec.text_of(summary_of(scenario)).name
+
+
+DRAWN = {
+    summary_name(spec, scenario): (spec, scenario)
+    for scenario in SCENARIOS
+    for spec in FIGURES
+    if spec.subject is Summary and spec.applies(summary_of(scenario))
+}
+"""Every figure of the paper's scenarios."""
+
+
+@pytest.fixture(params=DRAWN)
+def drawn(request: pytest.FixtureRequest) -> tuple[FigureSpec[Any], Scenario]:
+    return DRAWN[request.param]
+
+
+def test_scenarios_have_the_papers_figures() -> None:
+    assert list(DRAWN) == [
+        *("fig9", "omega-cart-pole"),
+        *("fig10", "fig11", "omega-dyna-maze"),
+        *("fig13", "omega-robot-rescue"),
+    ]
 
 
 def line_data(figure: Figure, panel: int, place: int) -> tuple[list[float], list[float]]:
@@ -31,7 +55,7 @@ def line_data(figure: Figure, panel: int, place: int) -> tuple[list[float], list
 
 def test_fig10_draws_the_paths_of_the_summary_and_the_shortest_one() -> None:
     summary, maze = summary_of(), sutton_maze()
-    figure = draw_fig10(summary)
+    figure = draw_paths(summary)
     assert len(figure.axes) == 4
     for panel, path in enumerate(summary.paths):
         cells = [maze.cell(state) for state in path.states]
@@ -41,14 +65,14 @@ def test_fig10_draws_the_paths_of_the_summary_and_the_shortest_one() -> None:
 
 
 def test_fig10_says_the_steps_found_and_those_of_the_paper() -> None:
-    figure = draw_fig10(summary_of())
+    figure = draw_paths(summary_of())
     words = [axes.texts[0].get_text() for axes in figure.axes]
     assert words == ["15 steps (paper: 90)", "15 steps (paper: 83)", "15 steps (paper: 59)", "14 steps"]
     assert [axes.get_title(loc="left") for axes in figure.axes] == [*SCENARIO.record_paths_of, "shortest possible"]
 
 
 def test_fig10_shows_the_walls_where_they_are_and_row_0_at_the_top() -> None:
-    figure = draw_fig10(summary_of())
+    figure = draw_paths(summary_of())
     squares = figure.axes[0].collections[0].get_paths()
     centres = {tuple(np.asarray(square.vertices)[:4].mean(axis=0)) for square in squares}
     assert centres == {(column, row) for row, column in np.argwhere(sutton_maze().walls).tolist()}
@@ -59,20 +83,21 @@ def test_fig10_shows_the_walls_where_they_are_and_row_0_at_the_top() -> None:
 def test_fig10_says_when_a_path_misses_the_goal() -> None:
     summary = summary_of()
     cut = summary.paths[0]._replace(states=summary.paths[0].states[:-1])
-    figure = draw_fig10(summary._replace(paths=(cut,)))
+    figure = draw_paths(summary._replace(paths=(cut,)))
     assert figure.axes[0].texts[0].get_text() == "14 steps, goal not reached (paper: 90)"
 
 
 def test_fig10_needs_a_maze() -> None:
     summary = summary_of()
     scenario = replace(SCENARIO, problem=lambda _: sutton_maze().to_mdp())
+    assert not PATHS.applies(summary._replace(scenario=scenario))
     with pytest.raises(ProblemError, match="only paths in a Maze"):
-        draw_fig10(summary._replace(scenario=scenario))
+        draw_paths(summary._replace(scenario=scenario))
 
 
 def test_fig11_shows_totals_above_and_gains_below() -> None:
     summary = summary_of()
-    figure = draw_fig11(summary)
+    figure = CURVES.draw(summary)
     upper, lower = figure.axes
     assert upper.get_ylabel() == "cumulative cost (steps in 1 maze)"
     assert lower.get_ylabel() == "steps saved against dyna-h"
@@ -89,24 +114,24 @@ def test_fig11_shows_totals_above_and_gains_below() -> None:
 
 def test_fig11_turns_bands_with_their_lines() -> None:
     summary = summary_of()
-    for line in gains(summary, CurveWords("total", "gain", sign=-1)):
+    for line in panels_of(summary).gains[1:]:
         assert (line.band.low < line.band.mean).all()
         assert (line.band.mean < line.band.high).all()
-    band_of_last = np.asarray(draw_fig11(summary).axes[1].collections[-1].get_paths()[0].vertices)
+    band_of_last = np.asarray(CURVES.draw(summary).axes[1].collections[-1].get_paths()[0].vertices)
     against = summary.curves[-1].against_base
     assert band_of_last[:, 1].min() == (-against.high).min()
     assert band_of_last[:, 1].max() == (-against.low).max()
 
 
 def test_more_of_a_measure_can_be_better() -> None:
-    summary = summary_of()
-    lines = gains(summary, CurveWords("balanced steps", "gain", sign=1))
+    summary = summary_of(SCENARIOS[0])
+    lines = panels_of(summary).gains[1:]
     assert [line.band for line in lines] == [curve.against_base for curve in summary.curves[1:]]
 
 
 def test_omega_shows_each_action_of_the_pictured_variants_and_the_control() -> None:
     summary = summary_of()
-    figure = draw_omega_dyna_maze(summary)
+    figure = DRAWN["omega-dyna-maze"][0].draw(summary)
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["dyna-ht-1", "dyna-ht-3"]
     for panel in range(2):
         for action, level in enumerate((0.5, 0.4, 0.6, 0.48)):
@@ -116,57 +141,58 @@ def test_omega_shows_each_action_of_the_pictured_variants_and_the_control() -> N
         assert texts == ["constant control, 1/√4 = 0.5", "down", "right", "up", "left"]
 
 
-@pytest.mark.parametrize("picture", PICTURES, ids=lambda picture: picture.name)
-def test_files_are_the_same_bytes_whatever_the_users_settings(picture: Picture) -> None:
-    first = show(picture, summary_of(scenario_of(picture))).drawn
+def test_files_are_the_same_bytes_whatever_the_users_settings(drawn: tuple[FigureSpec[Any], Scenario]) -> None:
+    spec, scenario = drawn
+    first = spec.render(summary_of(scenario))
     with mpl.rc_context({"lines.linewidth": 9, "svg.hashsalt": "other", "font.size": 20, "axes.facecolor": "red"}):
-        second = show(picture, summary_of(scenario_of(picture))).drawn
+        second = spec.render(summary_of(scenario))
         assert mpl.rcParams["font.size"] == 20
     assert first == second
     assert first.png.startswith(b"\x89PNG")
     assert b"<date>" not in first.svg.lower().replace(b"dc:", b"")
 
 
-@pytest.mark.parametrize("picture", PICTURES, ids=lambda picture: picture.name)
 @pytest.mark.parametrize("n_episodes", [None, 1, 10])
-def test_little_or_nothing_can_be_drawn(picture: Picture, n_episodes: int | None) -> None:
-    scenario = scenario_of(picture)
+def test_little_or_nothing_can_be_drawn(drawn: tuple[FigureSpec[Any], Scenario], n_episodes: int | None) -> None:
+    spec, scenario = drawn
     summary = nothing_of(scenario) if n_episodes is None else summary_of(scenario, n_episodes)
-    picture.draw(summary).canvas.draw()
-    words = picture.caption(summary) + picture.alt(summary)
+    spec.draw(summary).canvas.draw()
+    words = spec.caption(summary) + spec.alt(summary)
     assert words
     assert "nan" not in words.lower()
 
 
 def test_weights_of_runs_that_all_diverged_later_can_be_drawn() -> None:
-    for picture in [picture for picture in PICTURES if picture.name.startswith("omega")]:
-        summary = summary_of(scenario_of(picture))
+    for spec, scenario in (DRAWN[name] for name in DRAWN if name.startswith("omega")):
+        summary = summary_of(scenario)
         lost = tuple(
             course._replace(bands=tuple(Band(*(np.full(2, np.nan),) * 3) for _ in course.bands))
             for course in summary.weights
         )
-        picture.draw(summary._replace(weights=lost)).canvas.draw()
+        spec.draw(summary._replace(weights=lost)).canvas.draw()
 
 
-@pytest.mark.parametrize("picture", PICTURES, ids=lambda picture: picture.name)
-def test_letters_are_at_least_8_points(picture: Picture) -> None:
+def test_letters_are_at_least_8_points(drawn: tuple[FigureSpec[Any], Scenario]) -> None:
+    spec, scenario = drawn
     with own_style():
-        figure = picture.draw(summary_of(scenario_of(picture)))
+        figure = spec.draw(summary_of(scenario))
         ticks = [tick for axes in figure.axes for tick in (*axes.get_xticklabels(), *axes.get_yticklabels())]
         texts = [text for axes in figure.axes for text in (*axes.texts, axes.xaxis.label, axes.title)]
         assert min(float(text.get_fontsize()) for text in (*ticks, *texts)) >= 8
 
 
 @pytest.mark.parametrize(
-    ("picture", "total", "gain", "sign"),
+    ("scenario", "total", "gain", "sign"),
     [
-        (FIG9, "cumulative number of balanced steps", "balanced steps more than sarsa-lambda", 1),
-        (FIG13, "cumulative cost (steps to deliver)", "steps saved against team-q", -1),
+        (SCENARIOS[0], "cumulative number of balanced steps", "balanced steps more than sarsa-lambda", 1),
+        (SCENARIOS[2], "cumulative cost (steps to deliver)", "steps saved against team-q", -1),
     ],
 )
-def test_curves_say_what_they_count_and_which_way_is_better(picture: Picture, total: str, gain: str, sign: int) -> None:
-    summary = summary_of(scenario_of(picture))
-    figure = picture.draw(summary)
+def test_curves_say_what_they_count_and_which_way_is_better(
+    scenario: Scenario, total: str, gain: str, sign: int
+) -> None:
+    summary = summary_of(scenario)
+    figure = CURVES.draw(summary)
     assert [axes.get_ylabel() for axes in figure.axes] == [total, gain]
     for place, curve in enumerate(summary.curves):
         assert line_data(figure, 0, place)[1] == curve.band.mean.tolist()
@@ -176,35 +202,54 @@ def test_curves_say_what_they_count_and_which_way_is_better(picture: Picture, to
 
 def test_captions_count_the_runs_that_diverged() -> None:
     summary = summary_of(SCENARIOS[0])
-    assert "diverged" not in FIG9.caption(summary)
+    assert "diverged" not in CURVES.caption(summary)
     lost = tuple(curve._replace(n_diverged=2) for curve in summary.curves[:2])
-    assert "4 runs of single variants" in FIG9.caption(summary._replace(curves=lost))
+    assert "4 runs of single variants" in CURVES.caption(summary._replace(curves=lost))
 
 
-@pytest.mark.parametrize(("place", "names"), [(0, CART_POLE_ACTIONS), (2, RESCUE_ACTIONS)])
-def test_maps_of_weights_show_every_action_of_the_one_agent_version(place: int, names: tuple[str, ...]) -> None:
+def names_of_actions(scenario: Scenario) -> tuple[str, ...]:
+    return next(text.actions for text in scenario.figures if isinstance(text, WeightText))
+
+
+@pytest.mark.parametrize("place", [0, 2])
+def test_maps_of_weights_show_every_action_of_the_one_agent_version(place: int) -> None:
     scenario = SCENARIOS[place]
-    picture = next(p for p in PICTURES if p.name == f"omega-{scenario.name}")
-    over_time, _, last = picture.draw(summary_of(scenario)).axes  # the second is the colour bar's
-    assert over_time.get_title(loc="left") == f"{scenario.family.t_version}-1"
+    names = names_of_actions(scenario)
+    over_time, _, last = (
+        DRAWN[f"omega-{scenario.name}"][0].draw(summary_of(scenario)).axes
+    )  # the second is the colour bar's
+    assert over_time.get_title(loc="left") == f"{scenario.algorithm.t_version}-1"
     assert [label.get_text() for label in over_time.get_yticklabels()] == list(names)
     values = np.asarray(over_time.collections[0].get_array()).reshape(len(names), -1)
-    assert values.shape == (scenario.family.n_actions, 2)
+    assert values.shape == (scenario.algorithm.n_actions, 2)
     assert values[:4, 1].tolist() == list(LEVELS)
     assert np.asarray(last.lines[0].get_xdata()).tolist() == values[:, -1].tolist()
-    assert np.asarray(last.lines[1].get_xdata())[0] == scenario.family.n_actions**-0.5
+    assert np.asarray(last.lines[1].get_xdata())[0] == scenario.algorithm.n_actions**-0.5
 
 
 def test_actions_are_named_as_the_problems_number_them() -> None:
-    assert CART_POLE_ACTIONS[0] == "\N{MINUS SIGN}1"
-    assert (CART_POLE_ACTIONS[10], CART_POLE_ACTIONS[20]) == ("0", "1")
-    assert (RESCUE_ACTIONS[0], RESCUE_ACTIONS[7], RESCUE_ACTIONS[24]) == ("left, left", "right, up", "stay, stay")
+    pole, maze, rescue = (names_of_actions(scenario) for scenario in SCENARIOS)
+    assert (pole[0], pole[10], pole[20]) == ("\N{MINUS SIGN}1", "0", "1")
+    assert maze == ("up", "down", "left", "right")
+    assert (rescue[0], rescue[7], rescue[24]) == ("left, left", "right, up", "stay, stay")
+
+
+def test_a_scenario_that_says_nothing_of_its_figures_has_them_all_the_same() -> None:
+    summary = summary_of(replace(SCENARIO, figures=(), title="Mine", name="mine"))
+    shown = draw_figures(FIGURES, summary)
+    assert [one.name for one in shown] == ["paths-mine", "curves-mine", "omega-mine"]
+    assert [one.title for one in shown] == [
+        "Mine: paths found in one maze",
+        "Mine: learning curves",
+        "Mine: action weights over time",
+    ]
+    assert "paper" not in shown[0].caption
 
 
 def test_every_variant_looks_different() -> None:
     names = ["dyna-h", "dyna-ht-1", "dyna-ht-3", "dyna-ht-3-min", "constant-1", "constant-3-max", "constant-3-min"]
     names += ["permuted-1", "relative-1", "dyna-ht-2", "dyna-ht-4"]
-    chosen = line_styles(replace(SCENARIO, variants=tuple(variant(FAMILY, name) for name in names)))
+    chosen = line_styles(replace(SCENARIO, variants=tuple(variant(ALGORITHM, name) for name in names)))
     assert list(chosen) == names
     assert len(set(chosen.values())) == len(names)
 

@@ -1,4 +1,4 @@
-"""What the figures of the inside show and say, on tables made by hand."""
+"""What the figures of the inspection show and say, on tables made by hand."""
 
 import math
 import re
@@ -11,23 +11,23 @@ from markupsafe import escape
 from matplotlib.collections import PolyCollection
 
 from tuckerl.errors import OutputError, ProblemError, TensorError
+from tuckerl.generalization.loadings import Loadings
 from tuckerl.generalization.step import TensorStepHistory, empty_history
 from tuckerl.problems.maze import sutton_maze
-from tuckerl.reports.inspect import Inspection, Loadings, inspect_tensor, inspection_figures, write_inspection
+from tuckerl.reports.figure import FigureSpec, own_style
+from tuckerl.reports.inspect import Inspection, inspect_tensor, inspection_figures, write_inspection
 from tuckerl.reports.inspect.agents import AGENTS, differences
 from tuckerl.reports.inspect.cells import counting_ticks, room_for
 from tuckerl.reports.inspect.curve import CURVE, blocks, running_mean, window_of
+from tuckerl.reports.inspect.figures import FIGURES
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, arrow_field, direction, greedy, values
 from tuckerl.reports.inspect.loadings import LOADINGS
 from tuckerl.reports.inspect.plain import PLAIN
 from tuckerl.reports.inspect.policy import POLICY, draw_policy, stride
 from tuckerl.reports.inspect.state_loadings import MOST_STATES, STATE_LOADINGS, on_all_states, shown_rows
-from tuckerl.reports.inspect.text import percent, percents
-from tuckerl.reports.inspect.view import View
-from tuckerl.reports.inspect.views import VIEWS
 from tuckerl.reports.inspect.weights import MOST_DRAWN, WEIGHTS, drawn_windows
 from tuckerl.reports.inspect.windows import COPIED, FIT, copied_counts, rows_of_agents
-from tuckerl.reports.picture import own_style
+from tuckerl.reports.text import percent, percents
 from tuckerl.types import FloatArray
 
 MOVES = ("up", "down", "left", "right")
@@ -42,7 +42,7 @@ def history_of(chosen: list[int], n_actions: int = 4) -> TensorStepHistory:
     return TensorStepHistory(10 * np.arange(1, n + 1), weights, np.array(chosen, dtype=np.int64), fit, ranks)
 
 
-def inside_of(q: FloatArray, layout: tuple[int, int] | None = None, **changes: object) -> Inspection:
+def inspection_of(q: FloatArray, layout: tuple[int, int] | None = None, **changes: object) -> Inspection:
     n_agents, n_actions = q.shape[0], q.shape[2]
     names = MOVES if n_actions == 4 else [f"a{action}" for action in range(n_actions)]
     none = np.zeros((0, n_agents))
@@ -61,8 +61,8 @@ def everything(layout: tuple[int, int] | None = (3, 4), n_agents: int = 3, n_win
     return made._replace(history=history_of(chosen), steps=steps, returns=-steps.astype(np.float64))
 
 
-def texts(view: View, inside: Inspection) -> str:
-    return view.caption(inside) + view.alt(inside)
+def texts(spec: FigureSpec[Inspection], inspection: Inspection) -> str:
+    return spec.caption(inspection) + spec.alt(inspection)
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_each_drawn_arrow_points_where_its_action_leads() -> None:
     q = np.zeros((1, 6, 4))
     for state, action in enumerate((0, 1, 2, 3)):
         q[0, state, action] = 1.0
-    figure = draw_policy(inside_of(q, (2, 3), blocked=np.array([0, 0, 0, 0, 0, 1], dtype=np.bool_)))
+    figure = draw_policy(inspection_of(q, (2, 3), blocked=np.array([0, 0, 0, 0, 0, 1], dtype=np.bool_)))
     (arrows,) = [one for one in figure.axes[0].collections if isinstance(one, PolyCollection)]
     found = {}
     for path in arrows.get_paths():
@@ -136,7 +136,7 @@ def test_the_policys_caption_counts_what_is_preferred_tied_blocked_and_infinite(
     q[0, 1] = (0, 0, 0, -4)
     q[0, 2] = (9, 0, 0, 0)
     q[0, 3] = (math.inf, 0, 0, 0)
-    caption = POLICY.caption(inside_of(q, (2, 3), blocked=np.array([0, 0, 1, 0, 0, 0], dtype=np.bool_)))
+    caption = POLICY.caption(inspection_of(q, (2, 3), blocked=np.array([0, 0, 1, 0, 0, 0], dtype=np.bool_)))
     assert "prefers an action in 2 of 5 states; their values are from 0 to 2." in caption
     assert "In 2 states several but not all actions are equally good" in caption
     assert "Left out: 1 state with values that are not finite" in caption
@@ -147,15 +147,15 @@ def test_arrows_are_thinned_out_where_cells_are_small() -> None:
     assert stride(room_for((39, 36))) == 1
     assert stride(room_for((100, 100))) == 2
     rng = np.random.default_rng(1)
-    inside = inside_of(rng.normal(size=(1, 10_000, 4)), (100, 100))
-    assert "every second row and column" in POLICY.caption(inside)
-    (arrows,) = [one for one in draw_policy(inside).axes[0].collections if isinstance(one, PolyCollection)]
+    inspection = inspection_of(rng.normal(size=(1, 10_000, 4)), (100, 100))
+    assert "every second row and column" in POLICY.caption(inspection)
+    (arrows,) = [one for one in draw_policy(inspection).axes[0].collections if isinstance(one, PolyCollection)]
     assert len(arrows.get_paths()) == 2500
 
 
 def test_arrows_keep_their_shape_in_oblong_cells() -> None:
     q = np.tile([0.0, 0, 0, 1], (1, 600, 1))
-    figure = draw_policy(inside_of(q, (1, 600)))
+    figure = draw_policy(inspection_of(q, (1, 600)))
     (arrows,) = [one for one in figure.axes[0].collections if isinstance(one, PolyCollection)]
     room = room_for((1, 600))
     box = arrows.get_paths()[0].get_extents()
@@ -164,8 +164,8 @@ def test_arrows_keep_their_shape_in_oblong_cells() -> None:
 
 def test_actions_without_a_direction_have_marks_with_a_legend() -> None:
     q = np.eye(3)[[0, 1, 2, 0]][np.newaxis]
-    inside = inside_of(q, (2, 2), action_names=["left", "wait", "dig"])
-    axes = draw_policy(inside).axes[0]
+    inspection = inspection_of(q, (2, 2), action_names=["left", "wait", "dig"])
+    axes = draw_policy(inspection).axes[0]
     legend = axes.get_legend()
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == ["wait", "dig"]
@@ -183,32 +183,32 @@ def test_differences_between_agents_are_counted_where_both_prefer_something() ->
     q[0] = [(1, 0), (0, 1), (0, 0)]
     q[1] = [(1, 0), (3, 0), (5, 0)]
     q[2] = [(0, 4), (2, 0), (0, 0)]
-    inside = inside_of(q, (1, 3))
-    found = differences(inside)
+    inspection = inspection_of(q, (1, 3))
+    found = differences(inspection)
     np.testing.assert_array_equal(found.others, [1, 2, np.nan])
     np.testing.assert_array_equal(found.spread, [3, 2, np.nan])
     np.testing.assert_allclose(found.agreement, [[1, 0.5, 0], [0.5, 1, 0.5], [0, 0.5, 1]])
-    caption = AGENTS.caption(inside)
+    caption = AGENTS.caption(inspection)
     assert "agent 1 in 1 of 2 and agent 2 in 2 of 2" in caption
     assert "differ most in row 0, column 0, by 3" in caption
-    assert not AGENTS.shows(inside._replace(q=q[[0, 0, 0]]))
+    assert not AGENTS.applies(inspection._replace(q=q[[0, 0, 0]]))
 
 
 def test_a_profile_shows_sorted_values_and_how_often_each_action_is_greedy() -> None:
     q = np.zeros((1, 70, 2))
     q[0, :3] = [(1, 5), (7, 2), (0, 6)]
-    inside = inside_of(q)
-    curve, bars = PLAIN.draw(inside).axes
+    inspection = inspection_of(q)
+    curve, bars = PLAIN.draw(inspection).axes
     assert np.asarray(curve.lines[0].get_ydata()).tolist() == [7, 6, 5]
     assert [bar.get_width() for bar in bars.patches] == [1, 2]  # type: ignore[attr-defined]
-    assert "3 of 70 states; their values are from 5 to 7" in PLAIN.caption(inside)
-    assert "is not shown" in PLAIN.caption(inside)
-    assert PLAIN.alt(inside).endswith("is 7, of state 1. Greedy: a1 in 2 and a0 in 1 states.")
+    assert "3 of 70 states; their values are from 5 to 7" in PLAIN.caption(inspection)
+    assert "is not shown" in PLAIN.caption(inspection)
+    assert PLAIN.alt(inspection).endswith("is 7, of state 1. Greedy: a1 in 2 and a0 in 1 states.")
 
 
 def test_a_table_of_few_states_marks_the_greedy_actions() -> None:
     q = np.array([[[1.0, 5], [7, 2], [0, 0]]])
-    axes = PLAIN.draw(inside_of(q)).axes[0]
+    axes = PLAIN.draw(inspection_of(q)).axes[0]
     np.testing.assert_array_equal(np.asarray(axes.images[0].get_array()), q[0])
     assert np.asarray(axes.lines[0].get_xydata()).tolist() == [[1, 0], [0, 1]]
 
@@ -217,26 +217,26 @@ def test_loadings_say_the_fit_and_the_squares_of_the_core() -> None:
     core = np.zeros((2, 2, 1, 1))
     core[0, 0], core[1, 1] = 3.0, 1.0  # squares 9 and 1
     factors = (np.array([[0.6, -0.8], [0.8, 0.6]]), np.eye(4, 2), np.ones((1, 1)), np.ones((1, 1)))
-    loadings = Loadings(np.array([4, 1]), factors, core, fit=0.8, first_episode=7)
+    loadings = Loadings(np.array([4, 1]), factors, core, episode=7, fit=0.8)
     assert loadings.energies(0).tolist() == [0.9, 0.1]
-    inside = inside_of(np.zeros((1, 6, 4)), (2, 3), loadings=loadings)
-    caption = STATE_LOADINGS.caption(inside)
+    inspection = inspection_of(np.zeros((1, 6, 4)), (2, 3), loadings=loadings)
+    caption = STATE_LOADINGS.caption(inspection)
     assert "the fit is 0.8, which means that 96 %" in caption  # 1 - 0.2 ** 2
     assert "they carry 90 and 10 %" in caption
     assert "4 states did not change in these episodes and have no loadings" in caption
     assert "column 1 is largest in row 0, column 1, 0.8; column 2 is largest in row 1, column 1" in STATE_LOADINGS.alt(
-        inside
+        inspection
     )
-    others = LOADINGS.caption(inside)
+    others = LOADINGS.caption(inspection)
     assert "episodes 7 to 7" in others
     assert "the action factors 90 and 10 %, the episode factors 100 % and the agent factors 100 %" in others
     nan = math.nan
-    np.testing.assert_array_equal(on_all_states(inside)[:, 0], [nan, 0.8, nan, nan, 0.6, nan])
+    np.testing.assert_array_equal(on_all_states(inspection)[:, 0], [nan, 0.8, nan, nan, 0.6, nan])
 
 
 def test_there_is_a_map_for_each_state_factor() -> None:
-    inside = everything()
-    titles = [axes.get_title(loc="left") for axes in STATE_LOADINGS.draw(inside).axes if axes.images]
+    inspection = everything()
+    titles = [axes.get_title(loc="left") for axes in STATE_LOADINGS.draw(inspection).axes if axes.images]
     assert [title.split(":")[0] for title in titles] == ["1", "2", "3"]
 
 
@@ -245,21 +245,21 @@ def test_of_many_states_without_layout_those_with_the_largest_loadings_are_drawn
     factor[:100] = 0.001
     factor[100:] = math.sqrt((1 - 100 * 1e-6) / 400)
     ones = (np.ones((1, 1)),) * 3
-    loadings = Loadings(np.arange(500)[::-1], (factor, *ones), np.ones((1, 1, 1, 1)))
+    loadings = Loadings(np.arange(500)[::-1], (factor, *ones), np.ones((1, 1, 1, 1)), 1)
     rows = shown_rows(loadings)
     assert rows.size == MOST_STATES
     assert loadings.states[rows].tolist() == list(range(400))
-    caption = STATE_LOADINGS.caption(inside_of(np.ones((1, 500, 1)), loadings=loadings))
+    caption = STATE_LOADINGS.caption(inspection_of(np.ones((1, 500, 1)), loadings=loadings))
     assert "the other 100 carry less than 0.1 % of the factor's squares" in caption
     assert "the fit is not known" in caption
 
 
 def test_who_was_copied_is_counted_and_drawn_where_it_was() -> None:
-    inside = everything()._replace(history=history_of([0, 2, -1, 2]))
-    assert copied_counts(inside).tolist() == [1, 0, 2, 1]
-    caption = COPIED.caption(inside)
+    inspection = everything()._replace(history=history_of([0, 2, -1, 2]))
+    assert copied_counts(inspection).tolist() == [1, 0, 2, 1]
+    caption = COPIED.caption(inspection)
     assert "Of 4 windows, all agents went on with agent 2's after 2 and agent 0's after 1; after 1 no single" in caption
-    axes = COPIED.draw(inside).axes[0]
+    axes = COPIED.draw(inspection).axes[0]
     spans = [
         sorted((path.get_extents().x0, path.get_extents().x1) for path in row.get_paths()) for row in axes.collections
     ]
@@ -267,18 +267,18 @@ def test_who_was_copied_is_counted_and_drawn_where_it_was() -> None:
 
 
 def test_of_very_many_agents_those_that_were_copied_have_a_row() -> None:
-    inside = LITTLE["many agents"]
-    assert rows_of_agents(inside) == [0, 44]
-    assert "43 agents, copied seldom or never, are not drawn" in COPIED.caption(inside)
+    inspection = LITTLE["many agents"]
+    assert rows_of_agents(inspection) == [0, 44]
+    assert "43 agents, copied seldom or never, are not drawn" in COPIED.caption(inspection)
 
 
 def test_weights_and_fit_say_their_ends() -> None:
-    inside = everything()
-    assert "of 5 windows" in WEIGHTS.caption(inside)
-    assert "the least is 0.2 (up), the largest 0.8 (right)" in WEIGHTS.caption(inside)
-    assert "it is from 0.5 to 0.9, after the last one 0.9" in FIT.caption(inside)
-    assert "1 window had no decomposition" in FIT.caption(inside)
-    assert "states 3, actions 2, episodes 2 and agents 1" in FIT.caption(inside)
+    inspection = everything()
+    assert "of 5 windows" in WEIGHTS.caption(inspection)
+    assert "the least is 0.2 (up), the largest 0.8 (right)" in WEIGHTS.caption(inspection)
+    assert "it is from 0.5 to 0.9, after the last one 0.9" in FIT.caption(inspection)
+    assert "1 window had no decomposition" in FIT.caption(inspection)
+    assert "states 3, actions 2, episodes 2 and agents 1" in FIT.caption(inspection)
 
 
 def test_many_windows_are_thinned_out_to_the_last() -> None:
@@ -296,11 +296,11 @@ def test_the_running_mean_is_over_the_episodes_before_and_says_how_many() -> Non
     assert (at[0], means[0], at[-1], means[-1]) == (2.0, 2.0, 1201.5, 1201.5)
     steps = np.repeat([[10, 20]], 10, axis=0)
     steps[-5:] = 4
-    inside = inside_of(np.zeros((2, 3, 4)), steps=steps, returns=steps.astype(np.float64))
-    caption = CURVE.caption(inside)
+    inspection = inspection_of(np.zeros((2, 3, 4)), steps=steps, returns=steps.astype(np.float64))
+    caption = CURVE.caption(inspection)
     assert "10 episodes of learning, exploration included, 2 agents averaged" in caption
     assert "Mean steps: 15 over the first and 4 over the last 5 episodes" in caption
-    axes = CURVE.draw(inside).axes[0]
+    axes = CURVE.draw(inspection).axes[0]
     assert np.asarray(axes.lines[1].get_xydata()).tolist() == [
         [5, 15],
         [6, 12.8],
@@ -330,17 +330,17 @@ def test_a_tensors_last_tables_and_loadings_are_shown() -> None:
     rng = np.random.default_rng(2)
     X = rng.normal(size=(6, 2, 5, 3))
     X[4] = 0
-    inside = inspect_tensor(X, (2, 2, 2, 2), (2, 3))
-    np.testing.assert_array_equal(inside.q, X[:, :, -1, :].transpose(2, 0, 1))
-    assert inside.loadings is not None
-    assert inside.loadings.states.tolist() == [0, 1, 2, 3, 5]
-    assert [one.name for one in inspection_figures(inside)] == ["policy", "agents", "state-loadings", "loadings"]
+    inspection = inspect_tensor(X, (2, 2, 2, 2), (2, 3))
+    np.testing.assert_array_equal(inspection.q, X[:, :, -1, :].transpose(2, 0, 1))
+    assert inspection.loadings is not None
+    assert inspection.loadings.states.tolist() == [0, 1, 2, 3, 5]
+    assert [one.name for one in inspection_figures(inspection)] == ["policy", "agents", "state-loadings", "loadings"]
 
 
 def test_a_tensor_of_zeros_has_no_loadings() -> None:
-    inside = inspect_tensor(np.zeros((4, 2, 3, 1)), (1, 1, 1, 1))
-    assert inside.loadings is None
-    assert [one.name for one in inspection_figures(inside)] == ["policy"]
+    inspection = inspect_tensor(np.zeros((4, 2, 3, 1)), (1, 1, 1, 1))
+    assert inspection.loadings is None
+    assert [one.name for one in inspection_figures(inspection)] == ["policy"]
 
 
 def test_tensors_and_parts_that_do_not_fit_are_refused() -> None:
@@ -372,22 +372,22 @@ def test_tensors_and_parts_that_do_not_fit_are_refused() -> None:
 
 
 LITTLE = {
-    "one state, one action, untouched": inside_of(np.zeros((1, 1, 1)), (1, 1)),
-    "one state without layout": inside_of(np.ones((1, 1, 1))),
-    "nothing learned": inside_of(np.zeros((2, 5, 4))),
-    "nothing learned on many states": inside_of(np.zeros((2, 500, 4))),
-    "all blocked": inside_of(np.ones((1, 4, 4)), (2, 2), blocked=np.ones(4, dtype=np.bool_)),
-    "a long corridor": inside_of(np.arange(2400.0).reshape(1, 600, 4), (1, 600)),
-    "a tall corridor": inside_of(np.arange(2400.0).reshape(1, 600, 4), (600, 1)),
-    "not finite": inside_of(np.full((2, 4, 4), np.nan), (2, 2)),
+    "one state, one action, untouched": inspection_of(np.zeros((1, 1, 1)), (1, 1)),
+    "one state without layout": inspection_of(np.ones((1, 1, 1))),
+    "nothing learned": inspection_of(np.zeros((2, 5, 4))),
+    "nothing learned on many states": inspection_of(np.zeros((2, 500, 4))),
+    "all blocked": inspection_of(np.ones((1, 4, 4)), (2, 2), blocked=np.ones(4, dtype=np.bool_)),
+    "a long corridor": inspection_of(np.arange(2400.0).reshape(1, 600, 4), (1, 600)),
+    "a tall corridor": inspection_of(np.arange(2400.0).reshape(1, 600, 4), (600, 1)),
+    "not finite": inspection_of(np.full((2, 4, 4), np.nan), (2, 2)),
     "one window": everything(n_windows=1),
     "two windows, one agent": everything(n_agents=1, n_windows=2),
     "without layout": everything(layout=None),
     "one episode": everything()._replace(steps=np.ones((1, 3), dtype=np.int64), returns=np.ones((1, 3))),
-    "many agents": inside_of(np.random.default_rng(3).normal(size=(45, 7, 12)))._replace(
+    "many agents": inspection_of(np.random.default_rng(3).normal(size=(45, 7, 12)))._replace(
         history=history_of([0, 44, -1], 12)
     ),
-    "many actions": inside_of(np.random.default_rng(3).normal(size=(1, 7, 90)))._replace(
+    "many actions": inspection_of(np.random.default_rng(3).normal(size=(1, 7, 90)))._replace(
         history=history_of([0, 0], 90)
     ),
     "no fit at all": everything()._replace(
@@ -398,16 +398,16 @@ LITTLE = {
 
 @pytest.mark.parametrize("case", LITTLE)
 def test_little_or_nothing_can_be_drawn(case: str) -> None:
-    inside = LITTLE[case]
-    shown = [view for view in VIEWS if view.shows(inside)]
-    assert len([view for view in shown if view.name == "policy"]) == 1
-    for view in shown:
+    inspection = LITTLE[case]
+    shown = [spec for spec in FIGURES if spec.applies(inspection)]
+    assert len([spec for spec in shown if spec.text_of(inspection).name == "policy"]) == 1
+    for spec in shown:
         with own_style():
-            view.draw(inside).canvas.draw()
-        words = texts(view, inside)
+            spec.draw(inspection).canvas.draw()
+        words = texts(spec, inspection)
         assert "nan" not in words.lower(), words
-        assert view.caption(inside).endswith(".")
-    assert len({view.name for view in shown}) == len(shown)
+        assert spec.caption(inspection).endswith(".")
+    assert len({spec.text_of(inspection).name for spec in shown}) == len(shown)
 
 
 def test_files_are_the_same_bytes_whatever_the_users_settings() -> None:
@@ -416,17 +416,17 @@ def test_files_are_the_same_bytes_whatever_the_users_settings() -> None:
         second = inspection_figures(everything())
         assert mpl.rcParams["font.size"] == 20
     assert first == second
-    assert [one.name for one in first] == [view.name for view in VIEWS if view is not PLAIN]
-    assert all(one.drawn.png.startswith(b"\x89PNG") for one in first)
+    assert [one.name for one in first] == [spec.text_of(everything()).name for spec in FIGURES if spec is not PLAIN]
+    assert all(one.png.startswith(b"\x89PNG") for one in first)
 
 
-@pytest.mark.parametrize("inside", [everything(), everything(layout=None)], ids=["grid", "no layout"])
-def test_letters_are_at_least_8_points_and_figures_as_wide_as_a_text(inside: Inspection) -> None:
-    for view in VIEWS:
-        if not view.shows(inside):
+@pytest.mark.parametrize("inspection", [everything(), everything(layout=None)], ids=["grid", "no layout"])
+def test_letters_are_at_least_8_points_and_figures_as_wide_as_a_text(inspection: Inspection) -> None:
+    for spec in FIGURES:
+        if not spec.applies(inspection):
             continue
         with own_style():
-            figure = view.draw(inside)
+            figure = spec.draw(inspection)
             assert figure.get_size_inches()[0] == 7.2
             ticks = [tick for axes in figure.axes for tick in (*axes.get_xticklabels(), *axes.get_yticklabels())]
             titles = [axes.title for axes in figure.axes]
@@ -435,20 +435,20 @@ def test_letters_are_at_least_8_points_and_figures_as_wide_as_a_text(inside: Ins
 
 
 def test_the_page_holds_every_figure_and_says_what_is_missing(tmp_path: Path) -> None:
-    inside = inside_of(np.stack([np.eye(4)] * 2), (2, 2))._replace(title="<learner> & co")
-    page = write_inspection(inside, tmp_path / "out")
+    inspection = inspection_of(np.stack([np.eye(4)] * 2), (2, 2))._replace(title="<learner> & co")
+    page = write_inspection(inspection, tmp_path / "out")
     text = page.read_text(encoding="utf-8")
     assert "<h1>&lt;learner&gt; &amp; co</h1>" in text
     assert "2 agents, 4 states, 4 actions." in text
     assert "All 2 agents have the same table" in text
     assert "There is no learning curve" in text
-    assert escape(POLICY.caption(inside)) in text
+    assert escape(POLICY.caption(inspection)) in text
     assert text.count("<svg") == 1
     assert 'src="http' not in text
     assert "<script" not in text
     assert sorted(file.name for file in (tmp_path / "out" / "figures").iterdir()) == ["policy.png", "policy.svg"]
     first = page.read_bytes()
-    assert write_inspection(inside, tmp_path / "out").read_bytes() == first
+    assert write_inspection(inspection, tmp_path / "out").read_bytes() == first
 
 
 def test_no_two_things_on_the_page_have_one_id(tmp_path: Path) -> None:

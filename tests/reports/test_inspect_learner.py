@@ -13,8 +13,8 @@ from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.errors import ParameterError, ProblemError, SavedFileError
 from tuckerl.reports.inspect import inspect_learner, inspection_figures
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, shares_first_place, values
-from tuckerl.reports.inspect.learner import name_of
 from tuckerl.reports.inspect.summary import learner_lines
+from tuckerl.reports.learner_text import name_of
 from tuckerl.training import learner_file as saved
 
 STEP = tuckerl.TensorStep(every=5, ranks=(3, 2, 3, 1), floor=0.1)
@@ -39,12 +39,12 @@ def test_masks_of_a_learner_reach_the_figures() -> None:
         [[True, True, False], [True, True, True]],
         action_mask=[[True, False, True], [True, True, True]],
     )
-    inside = inspect_learner(tuckerl.QLearning(mdp, alpha=0.5, initial_q=0.1, seed=0, n_agents=2).learn(20))
-    assert inside.allowed.shape == (2, 2, 3)
-    assert not inside.allowed[:, 0, 1].any()
-    assert (~inside.allowed).sum() == 2
-    assert greedy(inside.q, inside.allowed)[:, 0].tolist() == [0, 0]
-    (plain,) = [one for one in inspection_figures(inside) if one.name == "policy"]
+    inspection = inspect_learner(tuckerl.QLearning(mdp, alpha=0.5, initial_q=0.1, seed=0, n_agents=2).learn(20))
+    assert inspection.allowed.shape == (2, 2, 3)
+    assert not inspection.allowed[:, 0, 1].any()
+    assert (~inspection.allowed).sum() == 2
+    assert greedy(inspection.q, inspection.allowed)[:, 0].tolist() == [0, 0]
+    (plain,) = [one for one in inspection_figures(inspection) if one.name == "policy"]
     assert re.search(r"Greedy: 0 in \d", plain.alt)
     assert inspect_learner(tuckerl.Sarsa("FrozenLake-v1", seed=0)).action_mask is None
 
@@ -97,8 +97,8 @@ def test_joint_actions_name_every_members_part() -> None:
 
 def test_where_no_start_leads_is_blocked() -> None:
     maze = tuckerl.sutton_maze()
-    inside = inspect_learner(tuckerl.QLearning(maze, seed=0))
-    np.testing.assert_array_equal(inside.walls, maze.walls.ravel())
+    inspection = inspect_learner(tuckerl.QLearning(maze, seed=0))
+    np.testing.assert_array_equal(inspection.walls, maze.walls.ravel())
     cliff = inspect_learner(tuckerl.QLearning("CliffWalking-v1", seed=0))
     assert np.flatnonzero(cliff.walls).tolist() == list(range(37, 47)), "who steps there stands at the start again"
     assert inspect_learner(tuckerl.QLearning("FrozenLake-v1", seed=0)).blocked is None, "one can stand in a hole"
@@ -117,8 +117,10 @@ def test_a_learner_is_all_shown_after_a_file_as_before(tmp_path: Path) -> None:
     assert before.title == after.title == "SarsaLambda with a tensor step on Maze"
     assert before.layout == after.layout == (6, 9)
     assert before.loadings is not None
-    assert before.loadings.first_episode + before.loadings.factors[2].shape[0] - 1 == 100
-    shown = [[(one.name, one.caption, one.alt) for one in inspection_figures(inside)] for inside in (before, after)]
+    assert before.loadings.episode == 100
+    shown = [
+        [(one.name, one.caption, one.alt) for one in inspection_figures(inspection)] for inspection in (before, after)
+    ]
     assert shown[0] == shown[1]
     assert len(shown[0]) >= 6
 

@@ -13,26 +13,23 @@ import pytest
 from tests.reports.examples import (
     SCENARIO,
     SCENARIOS,
-    cells_of,
+    ablation_of,
     claim,
-    gain_of,
     nothing_of,
+    sensitivity_of,
     study_of,
     summary_of,
     tables_of,
     weights_claim,
 )
 from tuckerl.errors import OutputError
-from tuckerl.reports import write_report
 from tuckerl.reports.ablation_text import what_works
-from tuckerl.reports.fig11 import FIG11
-from tuckerl.reports.figures import PICTURES
+from tuckerl.reports.assumptions import MARKS
+from tuckerl.reports.curves import CURVES
 from tuckerl.reports.markup import inlined
-from tuckerl.reports.page import render_page
-from tuckerl.reports.picture import show
-from tuckerl.reports.tables import MARKS
-from tuckerl.studies.claims import Claim
-from tuckerl.studies.study import INVENTED, Assumption, Scenario
+from tuckerl.reports.report import write_report
+from tuckerl.reports.text import amount, amount_interval
+from tuckerl.studies.assumptions import INVENTED, Assumption
 from tuckerl.studies.summary import summarise
 
 CLAIMS = [claim("holds"), claim("does not hold", claim_id="C3"), claim("not decided", claim_id="C4"), weights_claim()]
@@ -80,7 +77,7 @@ def test_everything_is_written(folder: Path) -> None:
     names = ["fig10.png", "fig10.svg", "fig11.png", "fig11.svg", "omega-dyna-maze.png", "omega-dyna-maze.svg"]
     assert sorted(path.name for path in (folder / "figures").iterdir()) == names
     assert sorted(path.name for path in folder.iterdir()) == ["claims.json", "figures", "report.html"]
-    assert json.loads((folder / "claims.json").read_text()) == [claim.as_json() for claim in CLAIMS]
+    assert json.loads((folder / "claims.json").read_text()) == [claim.to_dict() for claim in CLAIMS]
 
 
 def test_writing_again_gives_the_same_bytes(folder: Path, tmp_path: Path) -> None:
@@ -152,23 +149,18 @@ def test_the_page_is_accessible(page: Page) -> None:
     assert all(svg["aria-label"] for svg in drawn)
 
 
-def test_names_are_escaped() -> None:
+def test_names_are_escaped(tmp_path: Path) -> None:
     evil = "<script>alert('&')</script>$x$"
     first, *others = SCENARIO.variants
     assumed = (Assumption(INVENTED, evil),)
     variants = (replace(first, name=evil), *others)
     scenario = replace(SCENARIO, title=evil, variants=variants, record_paths_of=(evil,), assumptions=assumed)
     bad = claim()._replace(claim=evil, detail=evil, verdict=evil)
-    page = Page(_render(scenario, [bad]))
+    path = write_report(study_of(scenario), [bad], [summary_of(scenario)], tmp_path)
+    page = Page(path.read_text(encoding="utf-8"))
     assert [attributes for attributes in page.all("script") if attributes] == []
     assert len(page.all("script")) == 2
     assert page.texts.count(evil) >= 5
-
-
-def _render(scenario: Scenario, claims: list[Claim]) -> str:
-    summary = summary_of(scenario)
-    shown = [show(picture, summary) for picture in PICTURES if picture.scenario == scenario.name]
-    return render_page(study_of(scenario), claims, [summary], {scenario.name: shown})
 
 
 def test_inlined_figures_keep_no_comment_and_escape_their_description() -> None:
@@ -180,9 +172,9 @@ def test_inlined_figures_keep_no_comment_and_escape_their_description() -> None:
 
 
 def test_the_interactive_figure_has_the_numbers_of_the_curves() -> None:
-    assert FIG11.interactive is not None
+    assert CURVES.interactive is not None
     summary = summary_of()
-    spec = FIG11.interactive(summary)
+    spec = CURVES.interactive(summary)
     figure = go.Figure(spec)  # refuses what plotly.js does not know
     named = [trace for trace in figure.data if trace.showlegend]
     assert [trace.name for trace in named] == [curve.variant for curve in summary.curves]
@@ -208,11 +200,11 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
         write_report(study_of(), [], [], tmp_path / "file")
 
 
-def test_scenarios_without_figures_and_claims_are_reported(tmp_path: Path) -> None:
-    scenario = replace(SCENARIO, name="other", comparisons=())
+def test_scenarios_without_texts_and_claims_are_reported(tmp_path: Path) -> None:
+    scenario = replace(SCENARIO, name="other", comparisons=(), figures=())
     source = write_report(study_of(scenario), [], [summary_of(scenario)], tmp_path).read_text(encoding="utf-8")
-    assert "<script>" not in source
-    assert list((tmp_path / "figures").iterdir()) == []
+    assert [figure["id"] for figure in Page(source).all("figure")] == ["paths-other", "curves-other", "omega-other"]
+    assert "tuckerl reproduce other" in source
 
 
 def test_a_run_that_diverged_is_counted(tmp_path: Path) -> None:
@@ -243,15 +235,17 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """The report of three scenarios with all that can be on it."""
     folder = tmp_path_factory.mktemp("whole")
     summaries = [summary_of(scenario) for scenario in SCENARIOS]
-    gains = [gain_of(scenario) for scenario in SCENARIOS]
-    page = write_report(study_of(*SCENARIOS), CLAIMS, summaries, folder, gains=gains, sensitivity=cells_of())
+    ablations = [ablation_of(scenario) for scenario in SCENARIOS]
+    page = write_report(
+        study_of(*SCENARIOS), CLAIMS, summaries, folder, ablations=ablations, sensitivity=sensitivity_of()
+    )
     return folder, page.read_text(encoding="utf-8")
 
 
 def test_three_scenarios_have_all_their_figures(whole: tuple[Path, str]) -> None:
     folder, _ = whole
     names = ["fig9", "fig10", "fig11", "fig13", "sensitivity"]
-    names += [f"{kind}-{scenario.name}" for kind in ("omega", "gain") for scenario in SCENARIOS]
+    names += [f"{kind}-{scenario.name}" for kind in ("omega", "ablation") for scenario in SCENARIOS]
     files = sorted(f"{name}.{ending}" for name in names for ending in ("png", "svg"))
     assert sorted(path.name for path in (folder / "figures").iterdir()) == files
 
@@ -261,9 +255,9 @@ def test_every_figure_and_table_of_three_scenarios_is_on_the_page(whole: tuple[P
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
     assert len(ids) == len(set(ids))
     assert [figure["id"] for figure in page.all("figure")] == [
-        *("fig9", "omega-cart-pole", "gain-cart-pole"),
-        *("fig10", "fig11", "omega-dyna-maze", "gain-dyna-maze"),
-        *("fig13", "omega-robot-rescue", "gain-robot-rescue"),
+        *("fig9", "omega-cart-pole", "ablation-cart-pole"),
+        *("fig10", "fig11", "omega-dyna-maze", "ablation-dyna-maze"),
+        *("fig13", "omega-robot-rescue", "ablation-robot-rescue"),
         "sensitivity",
     ]
     assert [name for name in ids if (name or "").startswith("plot-")] == ["plot-fig9", "plot-fig11", "plot-fig13"]
@@ -285,17 +279,20 @@ def test_assumptions_are_stated_once_with_their_marks(whole: tuple[Path, str]) -
     assert next(text for text in texts[shared + 1 :] if text) == "all"
 
 
-def test_gains_and_cells_are_on_the_page(whole: tuple[Path, str]) -> None:
-    texts = " ".join(" ".join(text.split()) for text in Page(whole[1]).texts)
-    for gain in (gain_of(scenario) for scenario in SCENARIOS):
-        assert what_works(gain) in texts
-        for one in gain.ingredients:
+def test_ablations_and_cells_are_on_the_page(whole: tuple[Path, str]) -> None:
+    texts = " ".join(" ".join(Page(whole[1]).texts).split())
+    for ablation in (ablation_of(scenario) for scenario in SCENARIOS):
+        assert what_works(ablation) in texts
+        for one in ablation.steps:
             assert one.label in texts
+            for difference in (one.difference, one.added):
+                assert f"{amount(difference)} {amount_interval(difference)}".strip() in texts
     assert texts.count("(changed)") == 2
+    assert "\N{MINUS SIGN}40.0 % [\N{MINUS SIGN}50.0, \N{MINUS SIGN}30.0]" in texts
     assert "--sensitivity" in texts
 
 
-def test_a_page_without_gains_and_cells_does_not_speak_of_them(source: str) -> None:
+def test_a_page_without_ablations_and_cells_does_not_speak_of_them(source: str) -> None:
     body = source.split("<script>")[0]
     assert "Where the gain comes from" not in body
     assert "--sensitivity" not in body

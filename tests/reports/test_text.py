@@ -2,22 +2,21 @@ import math
 
 import pytest
 
-from tests.reports.examples import NO_DIFFERENCE, SCENARIO, claim, weights_claim
+from tests.reports.examples import claim, study_of, weights_claim
 from tuckerl.reports import text as wording
-from tuckerl.reports.page import commands, outcome
+from tuckerl.reports.report import commands
+from tuckerl.reports.report_text import described, outcome, reading
 from tuckerl.studies.cart_pole import CART_POLE
-from tuckerl.studies.dyna_maze import FAMILY
-from tuckerl.studies.paper import paper_study
-from tuckerl.studies.statistics import Difference
+from tuckerl.studies.dyna_maze import ALGORITHM
+from tuckerl.studies.scenarios import scenario_study
+from tuckerl.studies.statistics import NO_DIFFERENCE, Difference
 from tuckerl.studies.study import Study, variant
 
-COMPARISONS = {comparison.id: comparison for comparison in SCENARIO.comparisons}
+STUDY = study_of()
 
 
 def read(verdict: str, low: float, high: float, claim_id: str = "C5") -> str:
-    return wording.reading(
-        claim(verdict, control=((low + high) / 2, low, high), claim_id=claim_id), COMPARISONS[claim_id], SCENARIO
-    )
+    return reading(STUDY, claim(verdict, control=((low + high) / 2, low, high), claim_id=claim_id))
 
 
 def test_a_gain_over_the_control_too_is_not_explained_by_the_learning_rate() -> None:
@@ -49,52 +48,47 @@ def test_a_claim_that_fails_is_said_to_fail() -> None:
 
 
 def test_rules_of_sharing_differ_in_neither_rate_nor_number_of_agents() -> None:
-    comparison = CART_POLE.comparisons[2]
-    assert comparison.id == "C10"
     gain = claim("holds", control=(0.0, -0.1, 0.1), claim_id="C10")
-    assert wording.reading(gain, comparison, CART_POLE) == (
+    assert reading(study_of(CART_POLE), gain._replace(scenario=CART_POLE.name)) == (
         "No better than the control: constant weights and the same sharing explain the gain, as far as these runs can "
         "tell."
     )
 
 
 def test_pairs_that_all_diverged_and_a_control_that_was_not_run_are_said() -> None:
-    comparison = COMPARISONS["C5"]
     lost = claim("not decided", (math.nan,) * 3, n_diverged=3)
-    assert wording.reading(lost, comparison, SCENARIO) == ("Nothing is left to compare: in all 3 pairs a run diverged.")
+    assert reading(STUDY, lost) == ("Nothing is left to compare: in all 3 pairs a run diverged.")
     unplayed = lost._replace(difference=NO_DIFFERENCE)
-    assert wording.reading(unplayed, comparison, SCENARIO) == "No pair was run."
+    assert reading(STUDY, unplayed) == "No pair was run."
     alone = claim("holds")._replace(control=NO_DIFFERENCE)
-    assert wording.reading(alone, comparison, SCENARIO) == "There is no run of the control to compare it with."
+    assert reading(STUDY, alone) == "There is no run of the control to compare it with."
 
 
 def test_one_pair_has_no_interval() -> None:
     one = claim("not decided", (0.1, math.nan, math.nan), (0.1, math.nan, math.nan))
-    assert wording.reading(one, COMPARISONS["C5"], SCENARIO) == (
-        "Too few pairs for an interval. Too few pairs to compare it with the control."
-    )
-    assert wording.percent_interval(one.difference) == "no interval"
+    assert reading(STUDY, one) == ("Too few pairs for an interval. Too few pairs to compare it with the control.")
+    assert wording.amount_interval(one.difference) == "no interval"
 
 
 def test_a_claim_that_compares_nothing_has_no_reading() -> None:
-    assert wording.reading(weights_claim(), None, SCENARIO) == ""
+    assert reading(STUDY, weights_claim()) == ""
 
 
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        (wording.percent(Difference(-0.0516, -0.1, 0.0, 3, 0)), "\N{MINUS SIGN}5.2 %"),
-        (wording.percent(Difference(-0.0004, -0.1, 0.0, 3, 0)), "+0.0 %"),
-        (wording.percent_interval(Difference(0.1, -0.0003, 0.0, 3, 0)), "[\N{MINUS SIGN}0.030, 0.0]"),
+        (wording.amount(Difference(-0.0516, -0.1, 0.0, 3, 0)), "\N{MINUS SIGN}5.2 %"),
+        (wording.amount(Difference(-0.0004, -0.1, 0.0, 3, 0)), "+0.0 %"),
+        (wording.amount_interval(Difference(0.1, -0.0003, 0.0, 3, 0)), "[\N{MINUS SIGN}0.030, 0.0]"),
         (wording.signed(-9.96), "\N{MINUS SIGN}10"),
         (wording.signed(9.94), "+9.9"),
         (wording.signed(-0.01), "0"),
         (wording.tick(-2.5), "\N{MINUS SIGN}2.5"),
         (wording.tick(0.0), "0"),
-        (wording.percent(Difference(0.1, -0.1, 0.0, 3, 0)), "+10.0 %"),
-        (wording.percent_interval(Difference(0.1, -0.1, 0.2, 3, 0)), "[\N{MINUS SIGN}10.0, 20.0]"),
-        (wording.percent(NO_DIFFERENCE), wording.NOTHING),
-        (wording.percent_interval(NO_DIFFERENCE), ""),
+        (wording.amount(Difference(0.1, -0.1, 0.0, 3, 0)), "+10.0 %"),
+        (wording.amount_interval(Difference(0.1, -0.1, 0.2, 3, 0)), "[\N{MINUS SIGN}10.0, 20.0]"),
+        (wording.amount(NO_DIFFERENCE), wording.NOTHING),
+        (wording.amount_interval(NO_DIFFERENCE), ""),
         (wording.whole(194090.36), "194,090"),
         (wording.whole(math.nan), wording.NOTHING),
         (wording.tenths(106.444), "106.4"),
@@ -103,6 +97,11 @@ def test_a_claim_that_compares_nothing_has_no_reading() -> None:
         (wording.seconds(0.0095637), "9.56 ms"),
         (wording.seconds(12.345), "12.3 s"),
         (wording.seconds(math.nan), wording.NOTHING),
+        (wording.total(1234.5, "steps"), "1,234"),
+        (wording.total(-1.5, "return"), "\N{MINUS SIGN}1.50"),
+        (wording.total_interval(-1.5, 2.0, "return"), "[\N{MINUS SIGN}1.50, 2.00]"),
+        (wording.mean_of(12.34, "steps"), "12.3"),
+        (wording.mean_of(12.34, "return"), "12.34"),
         (wording.counted(1, "run"), "1 run"),
         (wording.counted(1500, "run"), "1,500 runs"),
     ],
@@ -123,7 +122,7 @@ def test_numbers_are_written_for_people(text: str, expected: str) -> None:
     ],
 )
 def test_variants_are_described(name: str, expected: str) -> None:
-    assert wording.described(variant(FAMILY, name)) == expected
+    assert described(variant(ALGORITHM, name)) == expected
 
 
 def test_the_outcome_counts_verdicts_and_wins_over_the_control() -> None:
@@ -145,7 +144,7 @@ def test_the_outcome_counts_verdicts_and_wins_over_the_control() -> None:
     "numbers", [{}, {"runs": 7}, {"episodes": 30, "seed": 4}, {"runs": 7, "episodes": 30}, {"quick": True}]
 )
 def test_the_command_makes_the_same_study(name: str, numbers: dict[str, int]) -> None:
-    study = paper_study(name, **numbers)  # type: ignore[arg-type]  # quick is a flag
+    study = scenario_study(name, **numbers)  # type: ignore[arg-type]  # quick is a flag
     (line,) = commands(study)
     words = line.split()
     assert words[:3] == ["tuckerl", "reproduce", name]
@@ -156,7 +155,7 @@ def test_the_command_makes_the_same_study(name: str, numbers: dict[str, int]) ->
 
 
 def test_a_study_that_no_one_command_makes_is_repeated_by_scenario() -> None:
-    study = paper_study(runs=7)
+    study = scenario_study(runs=7)
     first, *others = study.scenarios
     mixed = commands(Study((first.resized(n_runs=4), *others), 3))
     assert [line.split()[2] for line in mixed] == ["cart-pole", "dyna-maze", "robot-rescue"]

@@ -12,8 +12,7 @@ STUB = Path(tuckerl.__file__).with_suffix(".pyi")
 
 def stub_text() -> str:
     """Return what the file is to hold."""
-    homes = {name: f"tuckerl.{home}" for name, home in tuckerl._HOMES.items()}
-    homes |= {"__version__": "tuckerl._version", "errors": "tuckerl", "testing": "tuckerl"}
+    homes = tuckerl._HOMES | {"__version__": "tuckerl._version", "errors": "tuckerl", "testing": "tuckerl"}
     imports = [f"from {home} import {name} as {name}\n" for home, name in sorted((h, n) for n, h in homes.items())]
     names = "".join(f'    "{name}",\n' for name in tuckerl.__all__)
     head = "# Written by `make format` from the registers.\n\n"

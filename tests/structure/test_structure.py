@@ -11,7 +11,19 @@ import tuckerl
 from tests.structure import stub
 
 PACKAGE = Path(tuckerl.__file__).parent
-GROUND = {"errors", "checks", "rng", "_jit", "types", "files", "interrupts", "progress", "_version"}
+GROUND = {
+    "errors",
+    "checks",
+    "rng",
+    "_jit",
+    "types",
+    "files",
+    "interrupts",
+    "intervals",
+    "progress",
+    "registers",
+    "_version",
+}
 LAYERS = (  # from the bottom; those of one line know nothing of each other
     ("tensor",),
     ("problems", "spaces"),

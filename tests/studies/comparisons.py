@@ -5,25 +5,25 @@ from typing import Any
 
 import polars as pl
 
-from tuckerl.studies.compare import ComparisonConfig, ComparisonStudy, contest
-from tuckerl.studies.runner import SCHEMAS, Tables
+from tuckerl.studies.comparison import ComparisonConfig, ComparisonStudy, comparison_study
+from tuckerl.studies.runner import SCHEMAS, StudyTables
 
 MAZE = "tuckerl/DynaMaze-v0"
 SMALL = {"rows": 6, "columns": 9, "start": (2, 0), "goal": (0, 8)}
 
 
-def request(base: str = "sarsa-lambda", candidate: str = "tsarsa-lambda", **changes: Any) -> ComparisonConfig:
-    """Return a request of tenths of a second."""
+def config_of(base: str = "sarsa-lambda", candidate: str = "tsarsa-lambda", **changes: Any) -> ComparisonConfig:
+    """Return a comparison of tenths of a second."""
     small = ComparisonConfig(base, candidate, MAZE, SMALL, n_runs=2, n_episodes=20, seed=3)
     return small._replace(**changes)
 
 
-def small_contest(base: str = "sarsa-lambda", candidate: str = "tsarsa-lambda", **changes: Any) -> ComparisonStudy:
-    """Return the study of `request`."""
-    return contest(request(base, candidate, **changes))
+def small_comparison(base: str = "sarsa-lambda", candidate: str = "tsarsa-lambda", **changes: Any) -> ComparisonStudy:
+    """Return the study of `config_of`."""
+    return comparison_study(config_of(base, candidate, **changes))
 
 
-def tables_of(made: ComparisonStudy, returns: Mapping[str, Sequence[Sequence[float | None]]]) -> Tables:
+def tables_of(made: ComparisonStudy, returns: Mapping[str, Sequence[Sequence[float | None]]]) -> StudyTables:
     """Return tables in which a variant's run r has these returns, and as many steps as the returns are below 0.
 
     None from some episode on stands for a run that diverged there; every agent does the same.
@@ -39,4 +39,4 @@ def tables_of(made: ComparisonStudy, returns: Mapping[str, Sequence[Sequence[flo
                     row = {"agent": agent, "episode": episode, "steps": steps, "return": value}
                     runs.append(key | row | {"diverged": value is None})
     rows = {"runs": runs, "weights": [], "paths": [], "times": times}
-    return Tables(**{name: pl.DataFrame(rows[name], schema=schema) for name, schema in SCHEMAS.items()})
+    return StudyTables(**{name: pl.DataFrame(rows[name], schema=schema) for name, schema in SCHEMAS.items()})

@@ -4,13 +4,13 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tuckerl.studies.ablation import ablation_study, gains
-from tuckerl.studies.paper import SCENARIOS, paper_study
+from tuckerl.studies.ablation import ablation_study, ablations
 from tuckerl.studies.runner import Task, play_task
-from tuckerl.studies.sensitivity import ALTERNATIVES, DEFAULT, sensitivity, sensitivity_study
+from tuckerl.studies.scenarios import SCENARIOS, scenario_study
+from tuckerl.studies.sensitivity import DEFAULT, sensitivity_study, summarise_sensitivity
 from tuckerl.studies.study import Study, variant
 
-MAIN = paper_study(runs=1, episodes=12)
+MAIN = scenario_study(runs=1, episodes=12)
 OTHERS = sensitivity_study(MAIN, runs=1)
 SMALL = ablation_study(MAIN)
 
@@ -27,34 +27,34 @@ def test_every_alternative_plays(place: int) -> None:
     runs = play_task(study, Task(0, 0, 0)).runs
     assert set(runs["variant"]) == {made.name for made in scenario.variants}
     assert runs["episode"].max() == 11
-    cells = sensitivity(study, runs)
+    cells = summarise_sensitivity(study, runs).cells
     name, label = scenario.name.split(": ")
-    assert {(cell.scenario, cell.alternative) for cell in cells} == {(name, label)}
+    assert {(cell.scenario, cell.alternative) for cell in cells} == {(scenario.title, label)}
     assert [cell.claim.id for cell in cells] == [c.id for c in SCENARIOS[name].comparisons]
     assert all(cell.claim.difference.n_pairs + cell.claim.difference.n_diverged == 1 for cell in cells)
 
 
 def test_every_scenario_has_its_default_first_and_no_reading_twice() -> None:
-    assert list(ALTERNATIVES) == [scenario.name for scenario in MAIN.scenarios]
-    for alternatives in ALTERNATIVES.values():
-        labels = [alternative.label for alternative in alternatives]
-        assert labels[0] == DEFAULT
-        assert len(set(labels)) == len(labels)
+    for scenario in MAIN.scenarios:
+        names = [other.name for other in OTHERS.scenarios if other.name.startswith(f"{scenario.name}: ")]
+        assert names == [f"{scenario.name}: {one}" for one in (DEFAULT, *(a.label for a in scenario.alternatives))]
+        assert len(set(names)) == len(names)
+        assert scenario.alternatives
 
 
 def test_an_alternative_differs_from_the_default_in_what_it_says() -> None:
     made = {scenario.name: scenario for scenario in OTHERS.scenarios}
-    for name, alternatives in ALTERNATIVES.items():
+    for name, main in SCENARIOS.items():
         default = made[f"{name}: {DEFAULT}"]
-        main = SCENARIOS[name]
         assert default.problem is main.problem
-        assert default.family == main.family
-        for alternative in alternatives[1:]:
+        assert default.algorithm == main.algorithm
+        assert default.comparisons == main.comparisons
+        for alternative in main.alternatives:
             other = made[f"{name}: {alternative.label}"]
             differs = [
                 other.problem is not default.problem,
-                other.family.parameters != default.family.parameters,
-                other.family.step != default.family.step,
+                other.algorithm.parameters != default.algorithm.parameters,
+                other.algorithm.step != default.algorithm.step,
                 {v.n_agents for v in other.variants} != {v.n_agents for v in default.variants},
             ]
             # To bootstrap from a failure, the learner must, and the failure must have a row with something in it.
@@ -62,15 +62,15 @@ def test_an_alternative_differs_from_the_default_in_what_it_says() -> None:
             assert sum(differs) == expected, other.name
 
 
-@pytest.mark.parametrize("study", [OTHERS, SMALL], ids=["alternatives", "gain"])
+@pytest.mark.parametrize("study", [OTHERS, SMALL], ids=["alternatives", "ablation"])
 def test_names_of_variants_follow_the_contract(study: Study) -> None:
     for scenario in study.scenarios:
         for made in scenario.variants:
-            if made.name != f"{scenario.family.base}-slow":
-                assert made == variant(scenario.family, made.name)
+            if made.name != f"{scenario.algorithm.base}-slow":
+                assert made == variant(scenario.algorithm, made.name)
 
 
-@pytest.mark.parametrize("study", [OTHERS, SMALL], ids=["alternatives", "gain"])
+@pytest.mark.parametrize("study", [OTHERS, SMALL], ids=["alternatives", "ablation"])
 def test_pairs_share_their_seeds_with_the_main_study(study: Study) -> None:
     main = {scenario.name: scenario for scenario in MAIN.scenarios}
     assert study.seed == MAIN.seed
@@ -87,11 +87,11 @@ def test_pairs_share_their_seeds_with_the_main_study(study: Study) -> None:
 
 
 @pytest.mark.parametrize("place", range(3), ids=lambda place: SMALL.scenarios[place].name)
-def test_every_ingredient_plays(place: int) -> None:
+def test_every_step_plays(place: int) -> None:
     study = tiny(SMALL, place)
-    (gain,) = gains(study, play_task(study, Task(0, 0, 0)).runs)
-    assert [one.variant for one in gain.ingredients] == [v.name for v in study.scenarios[0].variants[1:]]
-    assert all(one.difference.n_pairs == 1 for one in gain.ingredients)
+    (ablation,) = ablations(study, play_task(study, Task(0, 0, 0)).runs)
+    assert [one.variant for one in ablation.steps] == [v.name for v in study.scenarios[0].variants[1:]]
+    assert all(one.difference.n_pairs == 1 for one in ablation.steps)
 
 
 STEPS = {
@@ -115,10 +115,10 @@ def runs_of(steps: dict[str, int]) -> pl.DataFrame:
     return pl.DataFrame(rows)
 
 
-def test_gains_are_differences_to_the_base_and_to_the_step_before() -> None:
+def test_steps_are_differences_to_the_base_and_to_the_step_before() -> None:
     study = Study((SMALL.scenarios[1],), 0)
-    (gain,) = gains(study, runs_of(STEPS))
-    found = {one.variant: one for one in gain.ingredients}
+    (ablation,) = ablations(study, runs_of(STEPS))
+    found = {one.variant: one for one in ablation.steps}
     expected = {  # over the base, the step before, over that
         "constant-1": (0.2, "dyna-h", 0.2),
         "permuted-1": (-0.2, "constant-1", -0.5),
@@ -142,12 +142,12 @@ def test_the_slow_base_learns_at_the_rate_of_the_constant_control() -> None:
         assert slow.tensor_step is None
         assert slow.parameters == {
             **base.parameters,
-            "alpha": base.parameters["alpha"] / np.sqrt(scenario.family.n_actions),
+            "alpha": base.parameters["alpha"] / np.sqrt(scenario.algorithm.n_actions),
         }
 
 
 def test_studies_stay_small() -> None:
-    large = paper_study()
+    large = scenario_study()
     for small in (ablation_study(large), sensitivity_study(large)):
         assert max(scenario.n_instances for scenario in small.scenarios) == 3
         assert max(scenario.n_runs for scenario in small.scenarios) == 20

@@ -20,7 +20,7 @@ def test_the_algorithms_are_those_of_the_contract() -> None:
 
 @pytest.mark.parametrize("scenario", [CART_POLE, DYNA_MAZE, ROBOT_RESCUE], ids=lambda scenario: scenario.name)
 def test_the_default_step_is_the_papers_where_the_paper_gives_one(scenario: Scenario) -> None:
-    family = scenario.family
+    family = scenario.algorithm
     algorithm = named_algorithm(family.t_version)
     step = tensor_step(algorithm, (1404, family.n_actions), {})
     assert algorithm.learner is family.learner

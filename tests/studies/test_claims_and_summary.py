@@ -1,18 +1,20 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
 
-from tuckerl.studies.claims import test_claims as claims_of
+from tuckerl.studies.claims import Claim, judge_claims
 from tuckerl.studies.reproduce import run_study
-from tuckerl.studies.runner import Tables
+from tuckerl.studies.runner import SCHEMAS, StudyTables
+from tuckerl.studies.scenarios import scenario_study
 from tuckerl.studies.study import Study
 from tuckerl.studies.summary import summarise
 
 
 @pytest.fixture
-def tables(study: Study, tmp_path: Path) -> Tables:
+def tables(study: Study, tmp_path: Path) -> StudyTables:
     return run_study(study, tmp_path, workers=1)
 
 
@@ -30,11 +32,11 @@ KEYS = {
 }
 
 
-def test_every_claim_of_the_maze_is_tested(study: Study, tables: Tables) -> None:
-    claims = claims_of(study, tables)
+def test_every_claim_of_the_maze_is_tested(study: Study, tables: StudyTables) -> None:
+    claims = judge_claims(study, tables)
     assert [claim.id for claim in claims] == ["C3", "C4", "C5", "C6", "C9"]
     for claim in claims:
-        line = claim.as_json()
+        line = claim.to_dict()
         assert set(line) == KEYS
         assert line["verdict"] in ("holds", "does not hold", "not decided")
         if claim.id != "C9":
@@ -42,17 +44,17 @@ def test_every_claim_of_the_maze_is_tested(study: Study, tables: Tables) -> None
     assert [claim.runs for claim in claims[:4]] == [4, 4, 2, 2]
 
 
-def test_the_control_is_the_same_difference_against_the_constant(study: Study, tables: Tables) -> None:
-    claim = claims_of(study, tables)[2]
+def test_the_control_is_the_same_difference_against_the_constant(study: Study, tables: StudyTables) -> None:
+    claim = judge_claims(study, tables)[2]
     cost = tables.runs.group_by("variant").agg(pl.col("steps").sum())
     by_name = dict(cost.iter_rows())
     expected = (by_name["constant-1"] - by_name["dyna-ht-1"]) / by_name["constant-1"]
     assert claim.control.mean == pytest.approx(expected)
 
 
-def test_c9_counts_weights_outside(study: Study, tables: Tables) -> None:
+def test_c9_counts_weights_outside(study: Study, tables: StudyTables) -> None:
     def verdict(weights: pl.DataFrame) -> str:
-        return claims_of(study, tables._replace(weights=weights))[-1].verdict
+        return judge_claims(study, tables._replace(weights=weights))[-1].verdict
 
     within = tables.weights.with_columns(weight=pl.lit(0.5))
     assert verdict(within) == "holds"
@@ -63,13 +65,13 @@ def test_c9_counts_weights_outside(study: Study, tables: Tables) -> None:
     assert verdict(within.clear()) == "not decided"
 
 
-def test_the_verdict_does_not_depend_on_the_order_of_rows(study: Study, tables: Tables) -> None:
+def test_the_verdict_does_not_depend_on_the_order_of_rows(study: Study, tables: StudyTables) -> None:
     shuffled = tables.runs.sample(fraction=1, shuffle=True, seed=0)
-    one, other = (claims_of(study, tables._replace(runs=runs)) for runs in (tables.runs, shuffled))
-    assert [claim.as_json() for claim in one] == [claim.as_json() for claim in other]
+    one, other = (judge_claims(study, tables._replace(runs=runs)) for runs in (tables.runs, shuffled))
+    assert [claim.to_dict() for claim in one] == [claim.to_dict() for claim in other]
 
 
-def test_curves_cumulate_mean_steps(study: Study, tables: Tables) -> None:
+def test_curves_cumulate_mean_steps(study: Study, tables: StudyTables) -> None:
     _, (summary,) = summarise(study, tables)
     curve = summary.curves[2]
     assert curve.variant == "dyna-ht-3"
@@ -80,7 +82,7 @@ def test_curves_cumulate_mean_steps(study: Study, tables: Tables) -> None:
     assert curve.n_runs == 2
 
 
-def test_weights_are_averaged_over_runs(study: Study, tables: Tables) -> None:
+def test_weights_are_averaged_over_runs(study: Study, tables: StudyTables) -> None:
     _, (summary,) = summarise(study, tables)
     course = next(c for c in summary.weights if c.variant == "dyna-ht-1")
     assert course.episode.tolist() == [10, 20]
@@ -88,8 +90,67 @@ def test_weights_are_averaged_over_runs(study: Study, tables: Tables) -> None:
     assert course.bands[0].mean[1] == pytest.approx(up.filter(episode=20)["weight"].mean())
 
 
-def test_the_shortest_path_of_the_best_agent_is_pictured(study: Study, tables: Tables) -> None:
+def test_the_shortest_path_of_the_best_agent_is_pictured(study: Study, tables: StudyTables) -> None:
     _, (summary,) = summarise(study, tables)
     for path in summary.paths:
         shortest = tables.runs.filter(variant=path.variant, instance=0, run=0)["steps"].min()
         assert path.states.size - 1 == shortest
+
+
+def paper_tables(seconds: dict[str, float], steps: dict[str, int]) -> tuple[Study, StudyTables]:
+    """The paper's study and tables in which a kind of variant takes so long, for so many steps, in each run."""
+    study = scenario_study(runs=2, episodes=1)
+    runs, times = [], []
+    for scenario in study.scenarios:
+        for variant in scenario.variants:
+            kind = "base" if variant.tensor_step is None else "other"
+            for run in range(2):
+                key = {"scenario": scenario.name, "variant": variant.name, "instance": 0, "run": run}
+                times.append(key | {"agents": variant.n_agents, "seconds": seconds[kind], "tensor_step_seconds": 0.25})
+                for agent in range(variant.n_agents):
+                    lost = run == 1 and (scenario.name, variant.name) == ("cart-pole", "tsarsa-lambda-1")
+                    row = {"agent": agent, "episode": 0, "steps": None if lost else steps[kind], "return": None}
+                    runs.append(key | row | {"diverged": lost})
+    rows = {"runs": runs, "weights": [], "paths": [], "times": times}
+    frames = {name: pl.DataFrame(rows[name], schema=schema) for name, schema in SCHEMAS.items()}
+    return study, StudyTables(**frames)
+
+
+def processor_time(study: Study, tables: StudyTables) -> Claim:
+    (claim,) = (claim for claim in judge_claims(study, tables) if claim.id == "C8")
+    return claim
+
+
+def test_processor_time_is_counted_by_environment_step() -> None:
+    # Twice the time, and twice the steps: one agent needs as much for each of them.
+    claim = processor_time(*paper_tables({"base": 1.0, "other": 2.0}, {"base": 100, "other": 200}))
+    assert claim.verdict == "holds"
+    assert claim.ratio == pytest.approx(1.0)
+    assert claim.to_dict()["ratio"] == claim.ratio
+    assert claim.detail.startswith("processor time per environment step, over the base's: Cart pole 0.33 to 1, ")
+    # Of three agents all steps are counted, and a run that diverged is left out.
+    assert claim.runs == (2 + 1 + 3 * 2) + (2 + 2 * 2) + (2 + 2 * 2)
+    slow = processor_time(*paper_tables({"base": 1.0, "other": 4.0}, {"base": 100, "other": 200}))
+    assert slow.verdict == "does not hold"
+    assert slow.ratio == pytest.approx(2.0)
+
+
+def test_processor_time_is_a_claim_about_all_of_the_papers_scenarios() -> None:
+    study, tables = paper_tables({"base": 1.0, "other": 2.0}, {"base": 100, "other": 200})
+    part = Study(study.scenarios[:2], study.seed)
+    assert [claim.id for claim in judge_claims(part, tables)] == ["C1", "C2", "C3", "C4", "C5", "C6", "C9", "C10"]
+    mine = replace(study.scenarios[0], name="mine", is_of_paper=False, comparisons=())
+    claim = processor_time(Study((*study.scenarios, mine), study.seed), tables)
+    assert "mine" not in claim.detail
+
+
+def test_processor_time_is_not_decided_where_no_run_is_left() -> None:
+    study, tables = paper_tables({"base": 1.0, "other": 2.0}, {"base": 100, "other": 200})
+    runs = tables.runs.with_columns(diverged=pl.col("diverged") | (pl.col("scenario") == "dyna-maze"))
+    claim = processor_time(study, tables._replace(runs=runs))
+    assert claim.verdict == "not decided"
+    assert "DYNA maze no run left" in claim.detail
+
+
+def test_other_claims_have_no_ratio(study: Study, tables: StudyTables) -> None:
+    assert all("ratio" not in claim.to_dict() for claim in judge_claims(study, tables))

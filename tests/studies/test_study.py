@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
-from tuckerl.studies.dyna_maze import DYNA_MAZE, FAMILY
-from tuckerl.studies.paper import paper_study
+from tuckerl.studies.dyna_maze import ALGORITHM, DYNA_MAZE
+from tuckerl.studies.scenarios import scenario_study
 from tuckerl.studies.study import variant
 
 
@@ -22,21 +22,21 @@ from tuckerl.studies.study import variant
     ],
 )
 def test_variant_names(name: str, n_agents: int, weights: str, share: str) -> None:
-    made = variant(FAMILY, name)
+    made = variant(ALGORITHM, name)
     assert made.tensor_step is not None
     assert (made.n_agents, made.tensor_step.weights, made.tensor_step.share) == (n_agents, weights, share)
     assert made.tensor_step.ranks == (15, 3, 9, 1)
 
 
 def test_the_base_has_one_agent_and_no_step() -> None:
-    base = variant(FAMILY, "dyna-h")
+    base = variant(ALGORITHM, "dyna-h")
     assert (base.n_agents, base.tensor_step) == (1, None)
 
 
 @pytest.mark.parametrize("name", ["", "dyna-hx", "dyna-ht", "dyna-ht-0", "dyna-ht-3-most", "heavy-1", "dyna-h-3"])
 def test_unknown_variants_are_refused(name: str) -> None:
     with pytest.raises(UnknownNameError, match="expected dyna-h, dyna-ht-<agents>"):
-        variant(FAMILY, name)
+        variant(ALGORITHM, name)
 
 
 def test_the_papers_numbers() -> None:
@@ -55,14 +55,14 @@ def test_the_papers_numbers() -> None:
 
 
 def test_seeds_pair_the_variants_and_do_not_depend_on_the_number_of_runs() -> None:
-    study, larger = paper_study("dyna-maze", runs=3, seed=7), paper_study("dyna-maze", runs=9, seed=7)
+    study, larger = scenario_study("dyna-maze", runs=3, seed=7), scenario_study("dyna-maze", runs=9, seed=7)
     seed = study.run_seed(study.scenarios[0], 4, 2)
     assert (seed.entropy, seed.spawn_key) == (7, (1, 4, 2))
     assert np.array_equal(seed.generate_state(4), larger.run_seed(larger.scenarios[0], 4, 2).generate_state(4))
 
 
 def test_quick_is_small_and_numbers_given_win() -> None:
-    quick = paper_study(quick=True, runs=3).scenarios[0]
+    quick = scenario_study(quick=True, runs=3).scenarios[0]
     assert quick.n_runs == 3
     assert quick.n_instances < 10
     assert quick.n_episodes < 100
@@ -80,12 +80,12 @@ def test_quick_is_small_and_numbers_given_win() -> None:
 )
 def test_bad_studies_are_refused(arguments: dict[str, object], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
-        paper_study(**arguments)  # type: ignore[arg-type]  # wrong on purpose
+        scenario_study(**arguments)  # type: ignore[arg-type]  # wrong on purpose
 
 
 def test_the_specification_is_json_and_tells_studies_apart() -> None:
     texts = {
-        json.dumps(paper_study(**arguments).specification(), sort_keys=True)
+        json.dumps(scenario_study(**arguments).specification(), sort_keys=True)
         for arguments in ({}, {"runs": 3}, {"episodes": 3}, {"seed": 1}, {"quick": True})
     }
     assert len(texts) == 5

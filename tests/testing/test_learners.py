@@ -1,12 +1,12 @@
 """What usually goes wrong with a learner of one's own is found, and the message says how to correct it."""
 
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pytest
 
 import tests.testing.learners as faults
-from tests.testing.learners import ExpectedSarsa, Method, wrong
+from tests.testing.learners import MadeAnew, OneForAll, Undeclared, wrong
 from tuckerl import QLearning, SarsaLambda
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.errors import LearnerCheckError, ParameterTypeError
@@ -25,7 +25,6 @@ from tuckerl.testing import check_learner
         (faults.BELIEVES_ANY, r"counted on forbidden actions: values rose to .* best_value"),
         (faults.IGNORES_INFINITY, r"learning must stop .* let turn return NOT_FINITE"),
         (faults.UNSEEDED, r"same seed must learn the same; .* draw by tuckerl.rng.uniform"),
-        (faults.COUNTS, r"saved and loaded must go on .* _saved_arrays and restored by _restore_arrays"),
     ],
 )
 def test_a_fault_in_kernels_is_found(fault: int, message: str) -> None:
@@ -33,33 +32,11 @@ def test_a_fault_in_kernels_is_found(fault: int, message: str) -> None:
         check_learner(wrong(fault))
 
 
-class MadeAnew(ExpectedSarsa):
-    """Forgets between two calls of learn, and two windows, what it keeps."""
-
-    fault = faults.COUNTS
-
-    def _method(self, table: int) -> Method:
-        return Method(self.fault, np.zeros(1))
-
-
-class OneForAll(ExpectedSarsa):
-    """Its agents share what each should have."""
-
-    fault = faults.COUNTS
-
-    def _method(self, table: int) -> Method:
-        return Method(self.fault, self._counts[0])
-
-    def _saved_arrays(self) -> dict[str, np.ndarray]:
-        return super()._saved_arrays() | {"counts": self._counts}
-
-    def _restore_arrays(self, arrays: dict[str, np.ndarray]) -> None:
-        super()._restore_arrays(arrays)
-        self._counts = arrays["counts"]
-
-
 class Deaf(QLearning):
     """Takes what it does not know."""
+
+    def __new__(cls, *arguments: Any, **parameters: Any) -> Self:
+        return object.__new__(cls)
 
     def __init__(self, env: Any, **parameters: Any) -> None:
         parameters.pop("alhpa", None)
@@ -74,25 +51,29 @@ class Stubborn(QLearning):
 
 
 class Unsaid(QLearning):
-    """Does not say of its own parameter what a file is to hold."""
+    """Does not keep its own parameter where a file's writer looks for it."""
 
     def __init__(self, env: Any, *, boldness: float, **parameters: Any) -> None:
         super().__init__(env, **parameters)
-        self.boldness = boldness
+        self._boldness = boldness
 
 
 class Backwards(QLearning):
     """Would do the opposite of what it learned, where it is asked for several states."""
 
-    def predict(self, observation: Any, deterministic: bool = True) -> tuple[Any, None]:
-        actions, _ = super().predict(observation, deterministic)
+    def predict(
+        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool | None = None
+    ) -> tuple[Any, None]:
+        actions, _ = super().predict(observation, deterministic=deterministic)
         return (1 - actions, None) if isinstance(observation, int) else (actions, None)
 
 
 class Elsewhere(QLearning):
     """Would do what is best elsewhere."""
 
-    def predict(self, observation: Any, deterministic: bool = True) -> tuple[Any, None]:
+    def predict(
+        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool | None = None
+    ) -> tuple[Any, None]:
         if self.problem.n_states == 6:
             return super().predict((np.asarray(observation) + 1) % 6 if np.ndim(observation) else (observation + 1) % 6)
         return super().predict(observation)
@@ -110,7 +91,7 @@ class Alike(QLearning):
 
     def __init__(self, env: Any, **parameters: Any) -> None:
         super().__init__(env, **parameters)
-        self._streams = [self._streams[0].copy() for _ in self._streams]
+        self._state.streams = tuple(self._state.streams[0].copy() for _ in self._state.streams)
 
 
 class Peeks(QLearning):
@@ -119,12 +100,13 @@ class Peeks(QLearning):
     def __init__(self, env: Any, **parameters: Any) -> None:
         super().__init__(env, **parameters)
         if isinstance(self.problem, GymnasiumProblem):
-            self._settings = self._settings._replace(gamma=0.5)
+            self._state.settings = self._state.settings._replace(gamma=0.5)
 
 
 @pytest.mark.parametrize(
     ("learner", "parameters", "message"),
     [
+        (Undeclared, {}, r"saved and loaded must go on .* _saved_arrays and restored by _restore_arrays"),
         (MadeAnew, {}, r"learning 13 and then 5 episodes must equal learning 18.* be made anew in _method"),
         (OneForAll, {}, r"agents must not depend on how many there are.* arrays of that agent only"),
         (Deaf, {}, r"Deaf\(alhpa=0.25\) must be refused"),
@@ -140,6 +122,10 @@ class Peeks(QLearning):
 def test_a_fault_in_the_class_is_found(learner: Any, parameters: dict[str, Any], message: str) -> None:
     with pytest.raises(LearnerCheckError, match=message):
         check_learner(learner, parameters=parameters)
+
+
+def test_what_is_declared_may_be_counted_with() -> None:
+    check_learner(wrong(faults.COUNTS))
 
 
 def test_a_learner_that_draws_nothing_has_no_seed() -> None:

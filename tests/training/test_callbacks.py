@@ -1,6 +1,7 @@
 """When callbacks are called, how they stop learning, and that learning takes no notice of them."""
 
 import signal
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,9 @@ from tests.training.test_resume import LEARNERS, assert_same, make
 from tuckerl import Callback, Checkpoint, CsvLog, Evaluate, JsonLinesLog, QLearning, StopOnReturn, TensorStep
 from tuckerl.errors import DivergenceWarning, EnvironmentFaultError, ParameterError, ParameterTypeError
 from tuckerl.generalization.sharing import ShareContext
-from tuckerl.learners.q_learning import QMethod
 from tuckerl.training.callbacks.base import CallbackList, Goal
 from tuckerl.training.learner import Learner
+from tuckerl.types import FloatArray
 
 PROBLEM = random_mdp(51)
 STEP = TensorStep(every=5, ranks=(2, 2, 2, 1))
@@ -77,10 +78,10 @@ def test_a_window_is_not_told_twice() -> None:
 def test_where_nothing_was_played_nobody_is_called() -> None:
     # An environment that Python steps may have used up its time before the first episode ends.
     diary, learner = Diary(4), QLearning(PROBLEM, seed=1)
-    followers = CallbackList(learner, [diary], Goal(8, 10**9), progress=False)
+    listed = CallbackList(learner, [diary], Goal(8, 10**9), progress=False)
     learner.learn(4)
-    followers.follow()
-    followers.follow()
+    listed.call()
+    listed.call()
     assert diary.calls == windows(4)
 
 
@@ -96,7 +97,8 @@ def test_the_tensor_step_of_a_window_is_done_before() -> None:
     seen: list[tuple[int, int, bool]] = []
 
     def look(learner: Learner) -> None:
-        seen.append((learner.episodes, learner.tensor_step_history.episode.size, learner.is_saveable))
+        at_rest = learner.is_saveable and learner.in_sync
+        seen.append((learner.episodes, learner.tensor_step_history.episode.size, at_rest))
 
     QLearning(PROBLEM, n_agents=2, tensor_step=STEP, seed=1).learn(10, callbacks=[look])
     assert seen == [(5, 1, True), (10, 2, True)]
@@ -206,16 +208,16 @@ def test_an_error_in_a_window_leaves_a_learner_that_goes_on(error: type[BaseExce
 
 
 class Interrupted(QLearning):
-    """Ctrl-C is pressed while the agent of `table` plays up to the end of the first window."""
+    """Ctrl-C is pressed while an agent plays up to the end of the first window."""
 
-    table = 0
+    pressed_at = 0
     pressed = False
 
-    def _method(self, table: int) -> QMethod:
-        if table == self.table and not self.pressed:
+    def algorithm_state(self, declared: Mapping[str, Any], scheduled: FloatArray) -> Any:
+        if declared is self._state.declared[self.pressed_at] and not self.pressed:
             self.pressed = True
             signal.raise_signal(signal.SIGINT)
-        return super()._method(table)
+        return super().algorithm_state(declared, scheduled)
 
 
 @pytest.mark.parametrize("step", [None, STEP])
@@ -241,7 +243,8 @@ def test_a_share_function_that_raises_delays_its_window() -> None:
     diary, learner = Diary(), QLearning(PROBLEM, n_agents=2, seed=1, tensor_step=step)
     with pytest.raises(ZeroDivisionError):
         learner.learn(9, callbacks=[diary])
-    assert not learner.is_saveable
+    assert learner.is_saveable
+    assert not learner.in_sync
     learner.learn(2, callbacks=[diary])
     assert diary.calls == [("start", 0), ("end", 5), ("start", 5), *windows(5), ("end", 7)]
 
@@ -265,14 +268,15 @@ def test_after_an_episode_that_broke_off_nobody_is_told_before_the_next_whole_on
     with pytest.raises(EnvironmentFaultError):
         learner.learn(9, callbacks=[diary])
     assert diary.calls == [("start", 0), *windows(2, 4, 6), ("end", 6)]
-    assert not learner.is_intact
+    assert learner.has_partial_episode
     assert not learner.is_saveable
     learner.learn(2, callbacks=[diary])
-    assert learner.is_intact
+    assert not learner.has_partial_episode
+    assert learner.is_saveable
     assert diary.calls[5:] == [("start", 6), *windows(8), ("end", 8)]
 
 
-def test_tables_that_left_the_finite_numbers_are_shown_to_nobody() -> None:
+def test_tables_that_are_not_finite_are_shown_to_nobody() -> None:
     diary = Diary(1)
     problem = corridor(3, reward=1e307)
     with pytest.warns(DivergenceWarning):

@@ -1,4 +1,4 @@
-"""A run that leaves the finite numbers stops there and says so."""
+"""A run that diverges stops there and says so."""
 
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ TRACING = (SarsaLambda, TeamQ)
 @pytest.mark.parametrize("n_agents", [1, 2])
 def test_learning_stops_where_a_table_overflows(step: TensorStep | None, n_agents: int) -> None:
     learner = QLearning(RUNAWAY, n_agents=n_agents, tensor_step=step, **SETTINGS)
-    with pytest.warns(DivergenceWarning, match="left the finite numbers in episode 4"):
+    with pytest.warns(DivergenceWarning, match="not finite any more in episode 4"):
         learner.learn(10)
     assert learner.diverged_at == learner.episodes == 4  # four whole episodes of four steps, the fifth broke
     assert learner.steps.tolist() == [[4] * n_agents] * 4
@@ -36,7 +36,7 @@ def test_learning_stops_where_a_table_overflows(step: TensorStep | None, n_agent
 @pytest.mark.parametrize("n_agents", [1, 2])
 def test_other_learners_stop_there_too(learner: Any, n_agents: int) -> None:
     made = learner(RUNAWAY, n_agents=n_agents, **SETTINGS, **({} if learner is Sarsa else {"lambda_": 0.0}))
-    with pytest.warns(DivergenceWarning, match="left the finite numbers in episode 4"):
+    with pytest.warns(DivergenceWarning, match="not finite any more in episode 4"):
         made.learn(10)
     assert made.diverged_at == 4
     assert made.steps.tolist() == [[4] * n_agents] * 4
@@ -89,7 +89,7 @@ def test_nothing_is_pending_after_a_divergence(learner: Any) -> None:
 @pytest.mark.parametrize("learner", [QLearning, Sarsa, SarsaLambda, TeamQ])
 def test_weights_above_1_can_overflow_in_the_last_step(learner: Any) -> None:
     made = learner(TabularMDP([[0]], [[1e300]], [[True]]), seed=1, **({"lambda_": 0.0} if learner in TRACING else {}))
-    made._weights[0] = 1e20  # as a user's function may answer
+    made._state.weights[0] = 1e20  # as a user's function may answer
     with pytest.warns(DivergenceWarning, match="in episode 0"):
         made.learn(1)
     assert made.episodes == 0
@@ -110,7 +110,7 @@ def test_tables_that_sharing_broke_stop_the_run() -> None:
     # Mixing beyond the tables, by weights that still sum to 1, doubles them each window.
     step = TensorStep(every=1, ranks=(1, 1, 1, 1), weights="none", share=lambda context: [1e6, 1 - 1e6])
     learner = QLearning(corridor(3), n_agents=2, alpha=1.0, epsilon=1.0, seed=1, tensor_step=step)
-    with pytest.warns(DivergenceWarning, match="left the finite numbers"):
+    with pytest.warns(DivergenceWarning, match="not finite any more"):
         learner.learn(500)
     assert learner.diverged_at is not None
     assert learner.episodes == learner.diverged_at < 500
@@ -131,7 +131,7 @@ def test_divergence_survives_a_file(tmp_path: Path) -> None:
 def test_a_window_that_is_not_finite_is_not_factorised() -> None:
     step = TensorStep(every=5, ranks=(1, 1, 1, 1))
     learner = QLearning(corridor(3), epsilon=1.0, seed=1, tensor_step=step).learn(9)
-    learner._logs[0].row[0, 0] = np.inf
+    learner.change_logs[0].row[0, 0] = np.inf
     before = learner.tensor_step_history
     with pytest.warns(DivergenceWarning, match="episode 9"):
         learner.learn(6)

@@ -32,7 +32,7 @@ def test_learning_goes_on_as_if_it_had_not_been(learner: type[Learner], step: Te
 
 
 @pytest.mark.parametrize("env", ["Blackjack-v1", "Taxi-v4", "tuckerl/RobotRescue-v0"])
-def test_learning_goes_on_in_stepped_environments(env: str) -> None:
+def test_learning_goes_on_in_python_environments(env: str) -> None:
     def fresh() -> QLearning:
         return QLearning(env, compiled=False, epsilon=0.5, seed=3)
 
@@ -67,9 +67,9 @@ def test_ties_go_to_the_lowest_action() -> None:
 def test_of_several_copies_the_first_is_evaluated() -> None:
     learner = QLearning(PROBLEM, n_agents=3, seed=1).learn(30)
     before = learner.evaluate(20)
-    learner._q[1:] = 0.0
+    learner._state.q[1:] = 0.0
     np.testing.assert_array_equal(learner.evaluate(20).returns, before.returns)
-    learner._q[0] = 0.0
+    learner._state.q[0] = 0.0
     assert not np.array_equal(learner.evaluate(20).returns, before.returns)
 
 

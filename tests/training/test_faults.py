@@ -23,6 +23,7 @@ from tuckerl.errors import EnvironmentFaultError, ObservationError, SimulatorErr
 from tuckerl.generalization.change_log import ENTRIES
 from tuckerl.interrupts import interrupts_held_back, is_impatient
 from tuckerl.training import evaluation
+from tuckerl.training.trainer import Trainer
 
 MDP = random_mdp(5, n_states=6, limit=12, ends=0.05)
 STEP = TensorStep(every=4, ranks=(3, 2, 2, 2), floor=0.1)
@@ -93,7 +94,7 @@ def test_the_table_holds_the_steps_before_the_error(name: str) -> None:
     with pytest.raises(EnvironmentFaultError, match="in step 6 of episode 1 "):
         broken.learn(2)
     whole = made(Faulty((), mdp), **own).learn(1)
-    whole._worlds[0].env._limit = 5
+    whole._state.worlds[0].env._limit = 5
     whole.learn(1)
     assert cut.max_episode_steps == 5
     np.testing.assert_array_equal(broken.q, whole.q)
@@ -122,12 +123,12 @@ def test_faults_anywhere_leave_nothing_broken(
         except EnvironmentFaultError:
             failures += 1
             if how["through_file"]:
-                numbers = [world.env.n_steps for world in learner._worlds]
+                numbers = [world.env.n_steps for world in learner._state.worlds]
                 learner.save(path)
                 learner = made.load(path, env=lambda: Faulty(faults))
-                for world, n_steps in zip(learner._worlds, numbers, strict=True):
+                for world, n_steps in zip(learner._state.worlds, numbers, strict=True):
                     world.env.n_steps = n_steps
-        for log in learner._logs:
+        for log in learner.change_logs:
             closed = log.end.max(initial=0)
             assert log.cursor[ENTRIES] <= log.state.size
             assert log.cursor[ENTRIES] - closed <= 6, "an episode marks a row once"
@@ -166,10 +167,10 @@ def test_a_log_that_is_full_has_room_for_what_an_error_broke_off(tmp_path: Path)
         with pytest.raises(EnvironmentFaultError):
             learner.learn(4)
         learner.save(tmp_path / "agent")
-        n_steps = learner._worlds[0].env.n_steps  # type: ignore[attr-defined]
+        n_steps = learner._state.worlds[0].env.n_steps  # type: ignore[attr-defined]
         learner = QLearning.load(tmp_path / "agent", env=AllOver([30, 38]))
-        learner._worlds[0].env.n_steps = n_steps  # type: ignore[attr-defined]
-        assert learner._logs[0].cursor[ENTRIES] == 16 == learner._logs[0].state.size
+        learner._state.worlds[0].env.n_steps = n_steps  # type: ignore[attr-defined]
+        assert learner.change_logs[0].cursor[ENTRIES] == 16 == learner.change_logs[0].state.size
     learner.save(tmp_path / "agent")
     learner.learn(1)
     assert learner.tensor_step_history.episode.tolist() == [4]
@@ -304,23 +305,23 @@ class Slow(Faulty):
         return answer
 
 
-def test_callbacks_see_a_learner_at_rest_only(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_callbacks_see_a_learner_in_sync_only(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[tuple[int, bool]] = []
 
     class Looks(Callback):
         def on_window(self, learner: Any) -> None:
-            seen.append((learner.episodes, learner._accounts.is_even))
+            seen.append((learner.episodes, learner.history.in_sync))
 
     # The second agent falls behind by an error, and is slow to catch up.
-    monkeypatch.setattr("tuckerl.training.learner._PATIENCE", 0.02)
+    monkeypatch.setattr("tuckerl.training.trainer._PATIENCE", 0.02)
     environments = iter([Faulty(), Slow([20, 24, 36])])
     learner = QLearning(lambda: next(environments), seed=3, n_agents=2)
     with pytest.raises(EnvironmentFaultError):
         learner.learn(8)
-    assert not learner._accounts.is_even
+    assert not learner.history.in_sync
     learner.learn(8, callbacks=[Looks(every=1)])
     assert seen
-    assert all(even for _, even in seen)
+    assert all(in_sync for _, in_sync in seen)
 
 
 # A learner that is saved while one agent is ahead of the others
@@ -330,11 +331,11 @@ def test_agents_that_catch_up_after_loading_are_followed_as_if_they_had_not_been
     def uneven() -> QLearning:
         learner = QLearning(TableEnv(MDP), n_agents=2, seed=0, tensor_step=TensorStep(every=5, ranks=(2, 2, 2, 1)))
         learner.learn(2)  # which loads the kernels, so that nobody stops because it is late
-        learner._play_world(0, [0], 5, 10**9)
+        Trainer(learner, learner._state, ())._play_world(0, [0], 5, 10**9)
         return learner
 
     never_saved, saved = uneven(), uneven()
-    assert (saved.is_intact, saved.is_saveable) == (True, False)
+    assert (saved.is_saveable, saved.in_sync) == (True, False)
     saved.save(tmp_path / "agent")
     again = QLearning.load(tmp_path / "agent", env=TableEnv(MDP))
     windows: dict[str, list[int]] = {"never saved": [], "saved": []}
@@ -431,7 +432,7 @@ def test_the_second_ctrl_c_breaks_off_at_once(name: str, tmp_path: Path) -> None
     learner = made(Pressed([30, 31]), seed=3, **own)
     with pytest.raises(KeyboardInterrupt):
         learner.learn(500)
-    assert learner._worlds[0].env.n_steps == 31
+    assert learner._state.worlds[0].env.n_steps == 31
     assert not is_impatient()
     learner.save(tmp_path / "agent")
     again = made.load(tmp_path / "agent", env=Pressed())
@@ -451,7 +452,7 @@ def test_ctrl_c_is_not_forgotten_where_an_error_comes_too() -> None:
 
 def test_ctrl_c_ends_an_evaluation_at_once() -> None:
     learner = QLearning(Pressed([40]), seed=3).learn(1)
-    learner._worlds[0].env.n_steps = 0  # type: ignore[attr-defined]  # the evaluation plays a copy
+    learner._state.worlds[0].env.n_steps = 0  # type: ignore[attr-defined]  # the evaluation plays a copy
     with pytest.raises(KeyboardInterrupt):
         learner.evaluate(10**6)
     assert not is_impatient()
@@ -484,7 +485,7 @@ def test_a_simulator_that_fails_again_and_again_can_be_learned_on() -> None:
             learner.learn(30 - learner.episodes)
         except SimulatorError:
             failures += 1
-        assert learner._logs[0].cursor[ENTRIES] <= learner._logs[0].state.size
+        assert learner.change_logs[0].cursor[ENTRIES] <= learner.change_logs[0].state.size
     assert failures > 10
     assert np.isfinite(learner.q).all()
 

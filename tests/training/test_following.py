@@ -79,7 +79,7 @@ def test_a_checkpoint_in_a_half_filled_window_goes_on_to_the_last_bit(
 @pytest.mark.parametrize(
     ("learner", "env"), [(QLearning, "Blackjack-v1"), (SarsaLambda, "Taxi-v4"), (Sarsa, "Blackjack-v1")]
 )
-def test_checkpoints_of_stepped_environments_go_on_to_the_last_bit(learner: Any, env: str, tmp_path: Path) -> None:
+def test_checkpoints_of_python_environments_go_on_to_the_last_bit(learner: Any, env: str, tmp_path: Path) -> None:
     def fresh() -> Learner:
         fresh: Learner = learner(env, compiled=False, n_agents=2, epsilon=0.3, seed=3, tensor_step=STEP)
         return fresh
@@ -112,13 +112,13 @@ def test_nothing_is_saved_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert saved == [4, 8, 9]
 
 
-@pytest.mark.parametrize("table", [0, 1])
+@pytest.mark.parametrize("agent", [0, 1])
 @pytest.mark.parametrize("step", [None, STEP])
-def test_after_ctrl_c_everything_is_saved(step: TensorStep | None, table: int, tmp_path: Path) -> None:
+def test_after_ctrl_c_everything_is_saved(step: TensorStep | None, agent: int, tmp_path: Path) -> None:
     class Pressed(Interrupted):
         pass
 
-    Pressed.table = table
+    Pressed.pressed_at = agent
     with pytest.raises(KeyboardInterrupt):
         Pressed(PROBLEM, n_agents=3, seed=2, tensor_step=step).learn(
             50, callbacks=[Checkpoint(tmp_path / "a", every=7)]
@@ -166,12 +166,13 @@ def test_after_an_episode_that_broke_off_the_file_stays_as_it_was(tmp_path: Path
     assert QLearning.load(tmp_path / "a", env=countings()).episodes == 6
 
 
-def test_tables_that_left_the_finite_numbers_are_not_saved(tmp_path: Path) -> None:
+def test_tables_that_are_not_finite_are_not_saved(tmp_path: Path) -> None:
     problem = corridor(3, reward=1e307)
     learner = QLearning(problem, alpha=1.0, gamma=1.0, epsilon=1.0, seed=1)
     with pytest.warns(DivergenceWarning):
         learner.learn(50, callbacks=[Checkpoint(tmp_path / "a", every=2)])
-    assert not learner.is_intact
+    assert not learner.is_saveable
+    assert not learner.has_partial_episode
     again = QLearning.load(tmp_path / "a")
     assert learner.episodes == learner.diverged_at == 3
     assert again.episodes == 2
@@ -238,7 +239,7 @@ class Playing(Callback):
         self.right = right
 
     def on_window(self, learner: Learner) -> None:
-        learner._q[...] = [0.0, 1.0] if self.right[learner.episodes] else [1.0, 0.0]
+        learner._state.q[...] = [0.0, 1.0] if self.right[learner.episodes] else [1.0, 0.0]
 
 
 def test_the_best_is_kept(tmp_path: Path) -> None:

@@ -155,8 +155,8 @@ def test_wrong_observations(observation: Any, error: type[TuckerlError], message
 
 def test_predictions() -> None:
     learner = QLearning(PROBLEM, seed=0, epsilon=0.5, n_agents=2)
-    learner._q[0] = [[0, 1], [1, 0], [2, 2], [-1, -2], [0, 0]]
-    learner._q[1] = 7.0  # agent 0's table is asked
+    learner._state.q[0] = [[0, 1], [1, 0], [2, 2], [-1, -2], [0, 0]]
+    learner._state.q[1] = 7.0  # agent 0's table is asked
     action, state = learner.predict(0)
     assert (action, state) == (1, None)
     assert type(action) is int

@@ -2,6 +2,7 @@
 
 import signal
 import threading
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from tests.learners.worlds import random_mdp
 from tuckerl import QLearning, TensorStep
 from tuckerl.generalization.sharing import ShareContext
 from tuckerl.interrupts import interrupts_held_back
-from tuckerl.learners.q_learning import QMethod
+from tuckerl.types import FloatArray
 
 PROBLEM = random_mdp(41)
 
@@ -26,11 +27,11 @@ class Interrupted(QLearning):
 
     pressed = False
 
-    def _method(self, table: int) -> QMethod:
-        if table == 1 and not self.pressed:
+    def algorithm_state(self, declared: Mapping[str, Any], scheduled: FloatArray) -> Any:
+        if declared is self._state.declared[1] and not self.pressed:
             self.pressed = True
             signal.raise_signal(signal.SIGINT)
-        return super()._method(table)
+        return super().algorithm_state(declared, scheduled)
 
 
 @pytest.mark.parametrize(("step", "n"), [(None, 2500), (TensorStep(every=5, ranks=(2, 2, 2, 1)), 250)])

@@ -51,7 +51,7 @@ def test_old_files_are_read_and_gone_on_with(path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["generator", "reseeded", "players", "joint"])
-def test_files_of_stepped_learners_are_refused_when_altered(name: str, tmp_path: Path) -> None:
+def test_files_of_learners_in_python_environments_are_refused_when_altered(name: str, tmp_path: Path) -> None:
     content, path = (FOLDER / f"format2_{name}.tuckerl").read_bytes(), tmp_path / "agent"
     kind = LEARNERS[saved.read(FOLDER / f"format2_{name}.tuckerl")[0]["learner"]]
     altered = [content[:length] for length in [*range(0, 120, 7), *range(120, len(content), 211), len(content) - 1]]

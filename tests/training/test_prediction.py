@@ -29,7 +29,7 @@ class Signs(gymnasium.Env[Any, Any]):
 
 
 def with_table(learner: Any, table: Any) -> Any:
-    learner._q[0] = table
+    learner._state.q[0] = table
     return learner
 
 
@@ -50,11 +50,11 @@ def test_observations_and_actions_are_the_environments_own() -> None:
 
 def test_one_and_many_agree_on_every_state() -> None:
     mdp = random_mdp(3)
-    lifted, stepped = QLearning(mdp, seed=1).learn(9), QLearning(TableEnv(mdp), seed=1)
-    stepped._q[:] = lifted.q
+    extracted, in_python = QLearning(mdp, seed=1).learn(9), QLearning(TableEnv(mdp), seed=1)
+    in_python._state.q[:] = extracted.q
     states = np.arange(7)
-    expected = lifted.q[0].argmax(axis=1)
-    for learner in (lifted, stepped):
+    expected = extracted.q[0].argmax(axis=1)
+    for learner in (extracted, in_python):
         assert [learner.predict(int(state))[0] for state in states] == expected.tolist()
         np.testing.assert_array_equal(learner.predict(states)[0], expected)
         assert learner.predict(np.zeros(0, dtype=np.int64))[0].shape == (0,)
@@ -69,9 +69,9 @@ def test_random_predictions_follow_the_schedule() -> None:
         lazy = (learner.predict(states, deterministic=False)[0] == 0).mean()
         assert abs(lazy - expected) < 0.04
         learner.learn(1)
-        learner._q[0] = [[0.0, 1.0]] * 5
+        learner._state.q[0] = [[0.0, 1.0]] * 5
     learner.learn(3)
-    learner._q[0] = [[0.0, 1.0]] * 5
+    learner._state.q[0] = [[0.0, 1.0]] * 5
     assert (learner.predict(states, deterministic=False)[0] == 1).all()
 
 
@@ -120,10 +120,10 @@ def test_greedy_episodes_are_those_of_the_policy() -> None:
         assert learner.episodes == 0
 
 
-@pytest.mark.parametrize("stepped", [False, True])
-def test_evaluating_changes_nothing_and_repeats_itself(stepped: bool) -> None:
+@pytest.mark.parametrize("in_python", [False, True])
+def test_evaluating_changes_nothing_and_repeats_itself(in_python: bool) -> None:
     mdp = random_mdp(4, n_outcomes=3, random_start=True)
-    looked, other = (QLearning(TableEnv(mdp) if stepped else mdp, seed=2, n_agents=2) for _ in range(2))
+    looked, other = (QLearning(TableEnv(mdp) if in_python else mdp, seed=2, n_agents=2) for _ in range(2))
     evaluations = []
     for _ in range(3):
         looked.learn(4)
@@ -181,7 +181,7 @@ def test_an_environment_that_cannot_be_copied_is_not_evaluated() -> None:
         QLearning(Alone(TabularMDP([[0]], [[1.0]], [[True]])), seed=0).evaluate(3)
 
 
-def test_a_lifted_team_says_what_it_observes() -> None:
+def test_a_team_on_an_extracted_table_says_what_it_observes() -> None:
     team = TeamQ("tuckerl/RobotRescue-v0", seed=0)
     with pytest.raises(
         ParameterTypeError, match=r"a state's number; got .*env\.state\(\), or learn with compiled=False"

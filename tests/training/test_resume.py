@@ -99,9 +99,9 @@ def test_parameters_of_teams_survive_a_file(tmp_path: Path) -> None:
     assert (again.cut_traces, again.exploration, again.lambda_, again.trace) == (False, "joint", 0.5, "replacing")
     assert again.bootstrap_terminal
     assert_same(again.learn(4), team.learn(4))
-    by_member = TeamQ(problem, seed=1).learn(3)
-    by_member.save(tmp_path / "team")
-    assert_same(TeamQ.load(tmp_path / "team").learn(4), by_member.learn(4))
+    by_agent = TeamQ(problem, seed=1).learn(3)
+    by_agent.save(tmp_path / "team")
+    assert_same(TeamQ.load(tmp_path / "team").learn(4), by_agent.learn(4))
 
 
 def test_a_simulator_must_be_given_again(tmp_path: Path) -> None:
@@ -144,8 +144,11 @@ def test_all_parameters_survive_a_file(tmp_path: Path) -> None:
     learner.learn(5).save(tmp_path / "learner")
     again = DynaH.load(tmp_path / "learner")
     assert (again.planning_steps, again.gamma, again.ties) == (3, 0.5, "first")
-    assert again._planning[:2] == learner._planning[:2]
-    np.testing.assert_array_equal(again._planning.heuristic, np.arange(7.0))
+    assert again.search_control == learner.search_control == "random"
+    ours, theirs = again.constants(), learner.constants()
+    np.testing.assert_array_equal(ours.pop("heuristic"), np.arange(7.0))
+    np.testing.assert_array_equal(theirs.pop("heuristic"), np.arange(7.0))
+    assert ours == theirs
     np.testing.assert_array_equal(again.problem.heuristic, problem.heuristic)
     assert_same(again.learn(5), learner.learn(5))
 

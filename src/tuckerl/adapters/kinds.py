@@ -1,33 +1,39 @@
 """The kinds of problem, and how saved files tell them apart.
 
-To add a kind, write its file (see :mod:`tuckerl.problems.problem`) and enter its class in `PROBLEM_KINDS`.
+To add a kind, write its file (see :mod:`tuckerl.problems.problem`) and list it in `PROBLEM_KINDS`.
 """
 
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
-from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.resolve import AdapterOptions, Environment, as_problem
 from tuckerl.errors import SavedFileError
-from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.problem import Arrays, Header, Problem
-from tuckerl.problems.simulator import Simulator
+from tuckerl.registers import load
 
 
 class ProblemKind(NamedTuple):
     """An entry of the register."""
 
-    problem: type[Problem]
+    home: str
     description: str
+
+    def load(self) -> type[Problem]:
+        """Return the class."""
+        kind: type[Problem] = load(self.home)
+        return kind
 
 
 PROBLEM_KINDS: dict[str, ProblemKind] = {
-    "table": ProblemKind(TabularMDP, "a finite MDP given by arrays"),
-    "simulator": ProblemKind(Simulator, "compiled functions that move a few numbers"),
-    "gymnasium": ProblemKind(GymnasiumProblem, "a Gymnasium environment that Python steps"),
-    "pettingzoo": ProblemKind(PettingZooProblem, "a PettingZoo environment, a table for each agent"),
+    "table": ProblemKind("tuckerl.problems.mdp:TabularMDP", "a finite MDP given by arrays"),
+    "simulator": ProblemKind("tuckerl.problems.simulator:Simulator", "compiled functions that move a few numbers"),
+    "gymnasium": ProblemKind(
+        "tuckerl.adapters.gymnasium_problem:GymnasiumProblem", "a Gymnasium environment that Python steps"
+    ),
+    "pettingzoo": ProblemKind(
+        "tuckerl.adapters.pettingzoo_problem:PettingZooProblem", "a PettingZoo environment, a table for each agent"
+    ),
 }
 
 _STORED_KINDS = {"gymnasium": "SteppedProblem", "pettingzoo": "PlayersProblem"}
@@ -70,4 +76,4 @@ def restore_problem(
     def resolve(given: Environment, **changes: Any) -> Problem:
         return as_problem(given, replace(options, **changes))
 
-    return PROBLEM_KINDS[kind].problem.restore(own, arrays, env, resolve, path)
+    return PROBLEM_KINDS[kind].load().restore(own, arrays, env, resolve, path)

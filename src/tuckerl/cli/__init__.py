@@ -4,6 +4,7 @@ Exit status: 0 done; 2 wrong input, said in one sentence on standard error; 130 
 """
 
 import sys
+from collections.abc import Callable
 
 import typer
 from typer.exceptions import Exit, TyperException
@@ -19,18 +20,24 @@ from tuckerl.cli.train import train
 
 INTERRUPTED = 130
 
+COMMANDS: dict[str, Callable[..., None]] = {
+    "reproduce": reproduce,
+    "train": train,
+    "evaluate": evaluate,
+    "show": show,
+    "compare": compare,
+    "list": list_names,
+}
+"""All commands; the first line of each one's docstring describes it. To add one, write its file and list it here."""
+
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Tabular reinforcement learning, with knowledge shared through Tucker decompositions of Q-tables.",
 )
-app.command()(reproduce)
-app.command()(train)
-app.command()(evaluate)
-app.command()(show)
-app.command()(compare)
-app.command("list")(list_names)
+for _name, _command in COMMANDS.items():
+    app.command(_name)(_command)
 
 
 def _print_version(wanted: bool) -> None:

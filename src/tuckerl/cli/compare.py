@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from tuckerl.cli.options import EnvSettings, OverwriteStudy, Seed, Workers
+
 
 def compare(
     base: Annotated[str, typer.Argument(help="An algorithm; `tuckerl list algorithms` shows them.")],
@@ -20,19 +22,14 @@ def compare(
             "--set", metavar="NAME=VALUE", help="A parameter of both, or base.NAME or candidate.NAME; may be repeated."
         ),
     ] = None,
-    env_settings: Annotated[
-        list[str] | None,
-        typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
-    ] = None,
+    env_settings: EnvSettings = None,
     measure: Annotated[
         str, typer.Option(help="return or steps of an episode, or final: the return in the last tenth of them.")
     ] = "return",
-    workers: Annotated[int | None, typer.Option(help="Processes. Default: one for each core.")] = None,
-    seed: Annotated[int, typer.Option(help="Decides all results.")] = 0,
+    workers: Workers = None,
+    seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for the results. Default: one in results/compare.")] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace another study's results in the folder.")
-    ] = False,
+    overwrite: OverwriteStudy = False,
 ) -> None:
     """Compare two algorithms on an environment; write report.html, a figure, compare.json and runs.parquet.
 
@@ -42,25 +39,21 @@ def compare(
     # Imported here, so that --help is quick.
     from tuckerl.cli.settings import parse_settings, search_here
     from tuckerl.progress import default_workers, progress_bar
-    from tuckerl.reports import write_comparison
-    from tuckerl.reports.compare_text import outcome
-    from tuckerl.studies.compare import ComparisonConfig, contest
-    from tuckerl.studies.compared import compared
+    from tuckerl.reports.comparison_page import write_comparison
+    from tuckerl.reports.comparison_text import outcome
+    from tuckerl.studies.comparison import ComparisonConfig, comparison_study
+    from tuckerl.studies.comparison_result import summarise_comparison
     from tuckerl.studies.reproduce import run_study
 
     search_here(env)
     given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
-    made = contest(ComparisonConfig(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed))
+    config = ComparisonConfig(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed)
+    comparison = comparison_study(config)
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
+    workers = default_workers() if workers is None else workers
     with progress_bar("runs") as progress:
-        tables = run_study(
-            made.study,
-            folder,
-            workers=default_workers() if workers is None else workers,
-            overwrite=overwrite,
-            progress=progress,
-        )
-    result = compared(made, tables)
+        tables = run_study(comparison.study, folder, workers=workers, overwrite=overwrite, progress=progress)
+    result = summarise_comparison(comparison, tables)
     report = write_comparison(result, folder)
     typer.echo(outcome(result))
     typer.echo(f"Report: {report}")

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from tuckerl.cli.options import EnvSettings
+
 
 def evaluate(
     file: Annotated[Path, typer.Argument(help="A saved agent, such as agent.tuckerl.")],
@@ -13,22 +15,18 @@ def evaluate(
     env: Annotated[
         str | None, typer.Option(help="What it learned on, where the file and run.json beside it do not say.")
     ] = None,
-    env_settings: Annotated[
-        list[str] | None,
-        typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
-    ] = None,
+    env_settings: EnvSettings = None,
 ) -> None:
     """Play greedy episodes with a saved agent; print their mean return with its interval."""
     # Imported here, so that --help is quick.
     from tuckerl.cli.settings import parse_settings, search_here
-    from tuckerl.cli.warned import warnings_told
-    from tuckerl.reports.inspect.learner import name_of
-    from tuckerl.reports.training_text import evaluation_lines
-    from tuckerl.studies.training import loaded
+    from tuckerl.cli.warnings import short_warnings
+    from tuckerl.reports.learner_text import evaluation_lines, name_of
+    from tuckerl.studies.training import load_learner
 
     search_here(env or "")
-    with warnings_told():
-        learner = loaded(file, env, parse_settings(env_settings or (), "--env-set"))
+    with short_warnings():
+        learner = load_learner(file, env, parse_settings(env_settings or (), "--env-set"))
         evaluation = learner.evaluate(episodes, seed=seed)
     typer.echo(f"{name_of(learner)}, after {learner.episodes:,} episodes")
     for line in evaluation_lines(evaluation):

@@ -1,6 +1,7 @@
 """``tuckerl list``: what there is to name on the command line."""
 
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, NamedTuple
 
 import typer
 from rich.console import Console
@@ -9,31 +10,53 @@ from rich.table import Table
 from tuckerl.checks import check_name
 
 Rows = list[tuple[str, ...]]
-KINDS = ("algorithms", "environments", "weights", "shares")
 
 
-def list_names(
-    kind: Annotated[str, typer.Argument(help="algorithms, environments, weights, shares or all.")] = "all",
-) -> None:
-    """List algorithms, environments, weights and sharing rules by name.
+# What is listed is imported in each function, so that --help is quick.
+def _algorithms() -> Rows:
+    from tuckerl.studies.algorithms import ALGORITHMS
 
-    Tables on a terminal; elsewhere a line each, its columns apart by tabs and the name first.
-    """
-    check_name("kind", kind, (*KINDS, "all"))
-    console = Console()
-    for chosen in KINDS if kind == "all" else (kind,):
-        titles, rows = _SHOWN[chosen]()
-        if not console.is_terminal:
-            for row in rows:
-                typer.echo("\t".join(row))
-            continue
-        table = Table(*titles, title=chosen.capitalize(), title_justify="left", title_style="bold")
-        for row in rows:
-            table.add_row(*row)
-        console.print(table)
-    if console.is_terminal and kind in ("environments", "all"):
-        console.print(_OTHERS)
+    return [(one.name, one.title, one.source) for one in ALGORITHMS.values()]
 
+
+def _environments() -> Rows:
+    from tuckerl.studies.environments import listed_environments
+
+    return [(one.name, one.title, one.how) for one in listed_environments()]
+
+
+def _scenarios() -> Rows:
+    from tuckerl.studies.scenarios import SCENARIOS
+
+    return [(one.name, one.description) for one in SCENARIOS.values()]
+
+
+def _weights() -> Rows:
+    from tuckerl.generalization.weights import WEIGHTINGS
+
+    return [(name, weighting.description) for name, weighting in WEIGHTINGS.items()]
+
+
+def _shares() -> Rows:
+    from tuckerl.generalization.sharing import SHARING_RULES
+
+    return [(name, rule.description) for name, rule in SHARING_RULES.items()]
+
+
+class Listing(NamedTuple):
+    """A kind of names: the titles of its columns, and its rows."""
+
+    titles: tuple[str, ...]
+    rows: Callable[[], Rows]
+
+
+LISTINGS = {
+    "algorithms": Listing(("Name", "Algorithm", "Source"), _algorithms),
+    "environments": Listing(("Id", "Environment", "How it is played"), _environments),
+    "scenarios": Listing(("Name", "Experiment"), _scenarios),
+    "weights": Listing(("Name", "The learning rate of an action is multiplied by"), _weights),
+    "shares": Listing(("Name", "After a window, all agents go on with"), _shares),
+}
 
 _OTHERS = (
     "Any other id that is registered with Gymnasium, or with PettingZoo as a parallel environment, can be named too; "
@@ -41,32 +64,22 @@ _OTHERS = (
 )
 
 
-def _algorithms() -> tuple[tuple[str, ...], Rows]:
-    # Imported here, so that --help is quick.
-    from tuckerl.studies.algorithms import ALGORITHMS
+def list_names(kind: Annotated[str, typer.Argument(help=f"{', '.join(LISTINGS)} or all.")] = "all") -> None:
+    """List algorithms, environments, scenarios, weights and sharing rules by name.
 
-    return ("Name", "Algorithm", "Source"), [(a.name, a.title, a.source) for a in ALGORITHMS.values()]
-
-
-def _environments() -> tuple[tuple[str, ...], Rows]:
-    from tuckerl.studies.environments import listed_environments
-
-    return ("Id", "Environment", "How it is played"), [(e.name, e.title, e.how) for e in listed_environments()]
-
-
-def _weights() -> tuple[tuple[str, ...], Rows]:
-    from tuckerl.generalization.weights import WEIGHTINGS
-
-    told = [(name, weighting.description) for name, weighting in WEIGHTINGS.items()]
-    return ("Name", "The learning rate of an action is multiplied by"), list(told)
-
-
-def _shares() -> tuple[tuple[str, ...], Rows]:
-    from tuckerl.generalization.sharing import SHARING_RULES
-
-    return ("Name", "After a window, all agents go on with"), [
-        (name, rule.description) for name, rule in SHARING_RULES.items()
-    ]
-
-
-_SHOWN = {"algorithms": _algorithms, "environments": _environments, "weights": _weights, "shares": _shares}
+    Tables on a terminal; elsewhere a line each, its columns apart by tabs and the name first.
+    """
+    check_name("kind", kind, (*LISTINGS, "all"))
+    console = Console()
+    for chosen in LISTINGS if kind == "all" else (kind,):
+        titles, rows = LISTINGS[chosen]
+        if not console.is_terminal:
+            for row in rows():
+                typer.echo("\t".join(row))
+            continue
+        table = Table(*titles, title=chosen.capitalize(), title_justify="left", title_style="bold")
+        for row in rows():
+            table.add_row(*row)
+        console.print(table)
+    if console.is_terminal and kind in ("environments", "all"):
+        console.print(_OTHERS)

@@ -5,13 +5,15 @@ from typing import Annotated
 
 import typer
 
+from tuckerl.cli.options import OverwriteStudy, Seed, Workers
+
 
 def reproduce(
-    scenario: Annotated[str, typer.Argument(help="cart-pole, dyna-maze, robot-rescue or all.")] = "all",
+    scenario: Annotated[str, typer.Argument(help="A scenario, which `tuckerl list scenarios` shows, or all.")] = "all",
     runs: Annotated[int | None, typer.Option(help="Runs of each instance. Default: the paper's.")] = None,
     episodes: Annotated[int | None, typer.Option(help="Episodes of each run. Default: the paper's.")] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes. Default: one for each core.")] = None,
-    seed: Annotated[int, typer.Option(help="Decides all results.")] = 0,
+    workers: Workers = None,
+    seed: Seed = 0,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results. Default: results/paper, or results/quick with --quick.")
     ] = None,
@@ -19,9 +21,7 @@ def reproduce(
     sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Test the claims under other readings of the paper, too.")
     ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace another study's results in the folder.")
-    ] = False,
+    overwrite: OverwriteStudy = False,
 ) -> None:
     """Run the paper's experiments; write report.html, figures, claims.json and runs.parquet.
 
@@ -29,33 +29,34 @@ def reproduce(
     """
     # Imported here, so that --help is quick.
     from tuckerl.progress import default_workers, progress_bar
-    from tuckerl.reports import write_report
-    from tuckerl.studies import ablation, paper
-    from tuckerl.studies import sensitivity as readings
+    from tuckerl.reports.report import write_report
+    from tuckerl.studies.ablation import ablation_study, ablations
     from tuckerl.studies.reproduce import run_study
-    from tuckerl.studies.runner import Tables
+    from tuckerl.studies.runner import StudyTables
+    from tuckerl.studies.scenarios import QUICK_RUNS, scenario_study
+    from tuckerl.studies.sensitivity import Sensitivity, estimated_seconds, sensitivity_study, summarise_sensitivity
     from tuckerl.studies.study import Study
     from tuckerl.studies.summary import summarise
 
     folder = out or Path("results") / ("quick" if quick else "paper")
     workers = default_workers() if workers is None else workers
 
-    def played(part: Study, where: Path, what: str) -> Tables:
-        with progress_bar(what) as progress:
+    def play(part: Study, where: Path, label: str) -> StudyTables:
+        with progress_bar(label) as progress:
             return run_study(part, where, workers=workers, overwrite=overwrite, progress=progress)
 
-    study = paper.paper_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)
-    tables = played(study, folder, "runs")
-    apart = ablation.ablation_study(study)
-    found = ablation.gains(apart, played(apart, folder / "gain", "what does the work").runs)
-    cells = []
+    study = scenario_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)
+    tables = play(study, folder, "runs")
+    small = ablation_study(study)
+    taken_apart = ablations(small, play(small, folder / "ablation", "ablation").runs)
+    cells = Sensitivity()
     if sensitivity:
-        others = readings.sensitivity_study(study, paper.QUICK_RUNS if quick and runs is None else runs)
-        minutes = readings.estimated_seconds(others, tables.times, workers) / 60
+        others = sensitivity_study(study, QUICK_RUNS if quick and runs is None else runs)
+        minutes = estimated_seconds(others, tables.times, workers) / 60
         typer.echo(f"Other readings of the paper: about {minutes:.0f} minutes with {workers} workers.", err=True)
-        cells = readings.sensitivity(others, played(others, folder / "sensitivity", "other readings").runs)
+        cells = summarise_sensitivity(others, play(others, folder / "sensitivity", "other readings").runs)
     claims, summaries = summarise(study, tables)
-    report = write_report(study, claims, summaries, folder, gains=found, sensitivity=cells)
+    report = write_report(study, claims, summaries, folder, ablations=taken_apart, sensitivity=cells)
     for claim in claims:
         typer.echo(f"{claim.id:>3}  {claim.verdict:<14} {claim.claim}")
     typer.echo(f"Report: {report}")

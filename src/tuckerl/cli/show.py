@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from tuckerl.cli.options import EnvSettings
+
 
 def show(
     file: Annotated[Path, typer.Argument(help="A saved agent, or a (state, action, episode, agent) .npy or .npz.")],
@@ -18,29 +20,26 @@ def show(
     env: Annotated[
         str | None, typer.Option(help="What an agent learned on, where the file and run.json do not say.")
     ] = None,
-    env_settings: Annotated[
-        list[str] | None,
-        typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
-    ] = None,
+    env_settings: EnvSettings = None,
 ) -> None:
-    """Look inside: write inside.html and figures of the policy, the values, the loadings and the windows."""
+    """Inspect a file: write inspect.html and figures of the policy, the values, the loadings and the windows."""
     # Imported here, so that --help is quick.
     from tuckerl.cli.settings import parse_numbers, parse_settings, search_here
-    from tuckerl.cli.warned import warnings_told
-    from tuckerl.reports.inspect.file import Asked, inspect_file
+    from tuckerl.cli.warnings import short_warnings
+    from tuckerl.reports.inspect.file import FileOptions, inspect_file
     from tuckerl.reports.inspect.page import write_inspection
 
     search_here(env or "")
-    asked = Asked(
+    options = FileOptions(
         None if layout is None else parse_numbers(layout, "--layout", 2),
         None if ranks is None else parse_numbers(ranks, "--ranks", 4),
         env,
         parse_settings(env_settings or (), "--env-set"),
     )
-    with warnings_told():
-        inside, lines = inspect_file(file, asked)
+    with short_warnings():
+        inspection, lines = inspect_file(file, options)
     name = file.resolve().parent.name if file.name == "agent.tuckerl" else file.stem
-    page = write_inspection(inside, out or Path("results") / "show" / name)
+    page = write_inspection(inspection, out or Path("results") / "show" / name)
     for line in lines:
         typer.echo(line)
     typer.echo(f"Page: {page}")

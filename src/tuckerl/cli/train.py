@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from tuckerl.cli.options import EnvSettings, Seed
+
 
 def train(
     algorithm: Annotated[str, typer.Argument(help="An algorithm; `tuckerl list algorithms` shows them.")],
@@ -19,14 +21,11 @@ def train(
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="A parameter, such as alpha=0.2; may be repeated."),
     ] = None,
-    env_settings: Annotated[
-        list[str] | None,
-        typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
-    ] = None,
+    env_settings: EnvSettings = None,
     quantile_bins: Annotated[
         str | None, typer.Option(metavar="N[,N...]", help="Bins of a Box by the quantiles of random play.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Decides all results.")] = 0,
+    seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for the agent. Default: one in results/train.")] = None,
     checkpoint: Annotated[int | None, typer.Option(min=1, help="Save after every so many episodes, too.")] = None,
     evaluate: Annotated[int, typer.Option(min=0, help="Greedy episodes at the end.")] = 100,
@@ -41,9 +40,9 @@ def train(
     """
     # Imported here, so that --help is quick.
     from tuckerl.cli.settings import parse_numbers, parse_settings, search_here
-    from tuckerl.cli.warned import warnings_told
+    from tuckerl.cli.warnings import short_warnings
     from tuckerl.errors import RankWarning
-    from tuckerl.reports.training_text import how_it_plays, outcome_lines
+    from tuckerl.reports.learner_text import how_it_plays, training_lines
     from tuckerl.studies.training import Training
     from tuckerl.studies.training_config import TrainingConfig
 
@@ -51,11 +50,11 @@ def train(
     given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
     bins = None if quantile_bins is None else parse_numbers(quantile_bins, "--quantile-bins")
     bins = bins[0] if bins and len(bins) == 1 else bins
-    order = TrainingConfig(algorithm, env, keywords, given, bins, agents, seed, episodes, steps)
+    config = TrainingConfig(algorithm, env, keywords, given, bins, agents, seed, episodes, steps)
     folder = out or Path("results") / "train" / re.sub(r"[^\w.-]+", "-", f"{algorithm}-{env}")
     # Ranks that nobody chose need no words where a window allows fewer.
-    with warnings_told(*(() if "ranks" in given else (RankWarning,))):
-        training = Training(order, folder, resume=resume, overwrite=overwrite)
+    with short_warnings(*(() if "ranks" in given else (RankWarning,))):
+        training = Training(config, folder, resume=resume, overwrite=overwrite)
         if training.is_finished:
             typer.echo(
                 f"Nothing to do: {training.agent_file} has learned this already ({training.learner.episodes:,} "
@@ -64,6 +63,6 @@ def train(
             return
         typer.echo(how_it_plays(env, training.learner), err=True)
         training.learn(checkpoint=checkpoint, progress=True)
-        for line in outcome_lines(training.outcome(evaluate)):
+        for line in training_lines(training.result(evaluate)):
             typer.echo(line)
     typer.echo(f"Agent: {training.agent_file}")

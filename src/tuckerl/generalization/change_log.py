@@ -23,8 +23,8 @@ class ChangeLog(NamedTuple):
     """
 
     enabled: bool
-    stamp: IntArray  # (S,) the clock when the row was last marked
-    state: IntArray  # (E * S,) the marked states in order, episode after episode
+    stamp: IntArray  # (S,) the clock when the row was last recorded
+    state: IntArray  # (E * S,) the recorded states in order, episode after episode
     row: FloatArray  # (E * S, A) their rows at the end of that episode
     end: IntArray  # (E,) how many entries there were at the end of each episode
     cursor: IntArray  # (3,) entries so far, episodes so far, and a clock that counts episodes for ever
@@ -78,7 +78,14 @@ def record_change(log: ChangeLog, state: int) -> None:
 
 @kernel
 def close_episode(log: ChangeLog, q: FloatArray) -> None:
-    """Keep the rows of `q` that were marked in the episode that ends here."""
+    """Keep the rows of `q` that were recorded in the episode that ends here.
+
+    Parameters
+    ----------
+    log : ChangeLog
+        Its `row`, `end` and `cursor` change.
+    q : (S, A) float64
+    """
     if not log.enabled:
         return
     episode = log.cursor[EPISODES]

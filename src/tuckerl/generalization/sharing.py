@@ -1,12 +1,11 @@
 """Whose table all agents go on with after a window.
 
 A rule returns the mixture of tables that every agent continues from: (N,) numbers that sum to 1, a single 1 for a plain
-copy, or None to leave every agent its own. To add a rule, write a file of this folder with a function `mix` and list it
-in `SHARING_RULES`, as ``SharingRule(_of("file"), ...)``.
+copy, or None to leave every agent its own. To add a rule, write a file with a function and list
+that in `SHARING_RULES`: ``SharingRule("tuckerl.generalization.file:function", ...)``.
 """
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from tuckerl.errors import ParameterError
 from tuckerl.generalization.answers import real_array
+from tuckerl.registers import load
 from tuckerl.types import FloatArray, IntArray
 
 
@@ -32,9 +32,15 @@ ShareFunction = Callable[[ShareContext], ArrayLike | None]
 class SharingRule(NamedTuple):
     """A sharing rule, and whether it reads `agent_norms`."""
 
-    mix: Callable[[ShareContext], FloatArray | None]
+    function: Callable[[ShareContext], FloatArray | None] | str  # or its home
     needs_decomposition: bool
     description: str  # what all agents go on with
+
+    def mix(self, context: ShareContext) -> FloatArray | None:
+        """Return the mixture of tables that all agents go on with, (N,), or None."""
+        function = load(self.function) if isinstance(self.function, str) else self.function
+        mixture: FloatArray | None = function(context)
+        return mixture
 
 
 _TIE = 1e-12  # norms this close differ by rounding only, which must not decide
@@ -79,16 +85,6 @@ def _consensus(context: ShareContext) -> FloatArray:
 
 def _none(context: ShareContext) -> None:
     return None
-
-
-def _of(module: str) -> Callable[[ShareContext], FloatArray | None]:
-    """Return the function `mix` of a module in this folder, imported when it is first called."""
-
-    def mix(context: ShareContext) -> FloatArray | None:
-        mixture: FloatArray | None = import_module(f"{__package__}.{module}").mix(context)
-        return mixture
-
-    return mix
 
 
 SHARING_RULES = {

@@ -102,7 +102,20 @@ def _equivalent_rows(rows: FloatArray) -> FloatArray:
 
 @kernel
 def _apply(tensor: FloatArray, agent: int, position: IntArray, place: IntArray, log: ChangeLog) -> None:
-    """Write an agent's changes into the tensor, each from its episode to the window's end."""
+    """Write an agent's changes into the tensor, each from its episode to the window's end.
+
+    Parameters
+    ----------
+    tensor : (R, A, E, N) float64
+        R rows that stand for states, A actions, E episodes, N agents; changed in place.
+    agent : int
+    position : (S,) int64
+        Of each state among those that were ever touched.
+    place : (T,) int64
+        Of each of these T states among the R rows.
+    log : ChangeLog
+        The agent's.
+    """
     entry = 0
     for episode in range(tensor.shape[2]):
         while entry < log.end[episode]:

@@ -18,6 +18,7 @@ from threadpoolctl import ThreadpoolController
 from tuckerl.checks import check_int, check_name, check_real
 from tuckerl.errors import ParameterError, ParameterTypeError, RankWarning, ZeroWeightWarning
 from tuckerl.generalization.change_log import ChangeLog
+from tuckerl.generalization.loadings import Loadings, loadings_of, loadings_of_arrays
 from tuckerl.generalization.sharing import SHARING_RULES, ShareContext, ShareFunction, SharingRule, custom_sharing
 from tuckerl.generalization.snapshots import Snapshots
 from tuckerl.generalization.weights import WEIGHTINGS, WeightFunction, Weighting, custom_weighting
@@ -114,37 +115,6 @@ class TensorStepHistory(NamedTuple):
     ranks: IntArray  # (W, 4) used, 0 where there was no decomposition
 
 
-class Loadings(NamedTuple):
-    """The factors of one window's tables, for those who want to look at them."""
-
-    states: IntArray  # (C,) the states that changed in the window: the rows of the state factor
-    factors: tuple[FloatArray, ...]  # (C, R0), (A, R1), (E, R2), (N, R3)
-    core: FloatArray  # (R0, R1, R2, R3)
-    episode: int  # episodes finished when the window ended
-    fit: float
-
-
-def _loadings(decomposition: TuckerDecomposition, states: IntArray, episode: int) -> Loadings:
-    """Keep the rows of the state factor that belong to states; others stand for those that did not change."""
-    of_states, *others = decomposition.factors
-    factors = (of_states[: states.size].copy(), *others)
-    return Loadings(states, factors, decomposition.core, episode, decomposition.fit)
-
-
-def _loadings_arrays(loadings: Loadings) -> dict[str, np.ndarray]:
-    factors = {f"loadings.factor{mode}": factor for mode, factor in enumerate(loadings.factors)}
-    numbers = {"loadings.episode": np.array(loadings.episode), "loadings.fit": np.array(loadings.fit)}
-    return {"loadings.states": loadings.states, "loadings.core": loadings.core, **factors, **numbers}
-
-
-def _restored_loadings(arrays: dict[str, np.ndarray]) -> Loadings | None:
-    if "loadings.states" not in arrays:  # nothing was decomposed, or the file has format 1, which kept none
-        return None
-    factors = tuple(arrays[f"loadings.factor{mode}"] for mode in range(4))
-    episode, fit = int(arrays["loadings.episode"]), float(arrays["loadings.fit"])
-    return Loadings(arrays["loadings.states"], factors, arrays["loadings.core"], episode, fit)
-
-
 def empty_history(n_actions: int) -> TensorStepHistory:
     """Return the history of no windows."""
     none = np.zeros(0, dtype=np.int64)
@@ -156,7 +126,7 @@ class TensorStepResult(NamedTuple):
 
     weights: FloatArray  # (A,)
     mixture: FloatArray | None  # (N,) of the tables that all agents go on with, or None to leave them
-    finite: bool  # False where a table has left the finite numbers
+    finite: bool  # False where a table is not finite any more
 
 
 class TensorStepState:
@@ -209,7 +179,7 @@ class TensorStepState:
                 self._remember(episode, weights, None, None)
                 return TensorStepResult(weights, None, finite=True)
             decomposition = self._decompose(tensor)
-            self.loadings = _loadings(decomposition, self.snapshots.changed, episode)
+            self.loadings = loadings_of(decomposition, self.snapshots.changed, episode)
             if decomposition.ranks != self.step.ranks:
                 self._warn(
                     RankWarning,
@@ -249,12 +219,12 @@ class TensorStepState:
     def saved(self) -> dict[str, np.ndarray]:
         """Return the arrays from which `restore` goes on."""
         arrays = {**self.snapshots.saved(), **self.history._asdict()}
-        return arrays if self.loadings is None else arrays | _loadings_arrays(self.loadings)
+        return arrays if self.loadings is None else arrays | self.loadings.to_arrays()
 
     def restore(self, arrays: dict[str, np.ndarray]) -> None:
         """Go on from what `saved` returned."""
         self.snapshots.restore(arrays)
-        self.loadings = _restored_loadings(arrays)
+        self.loadings = loadings_of_arrays(arrays)
         columns = (arrays[name] for name in TensorStepHistory._fields)
         self._history = [
             (int(episode), weights, int(chosen), float(fit), tuple(int(rank) for rank in ranks))

@@ -1,11 +1,10 @@
 """How a decomposition of the tables becomes one learning-rate weight for each action (the paper's omega).
 
-A weighting takes the decomposition of the window's tables and returns (A,) weights. To add one, write a file of this
-folder with a function `weigh` and list it in `WEIGHTINGS`, as ``Weighting(_of("file"), ...)``.
+A weighting takes the decomposition of the window's tables and returns (A,) weights. To add one, write a file
+with a function and list that in `WEIGHTINGS`: ``Weighting("tuckerl.generalization.file:function", ...)``.
 """
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from tuckerl.errors import ParameterError
 from tuckerl.generalization.answers import real_array
+from tuckerl.registers import load
 from tuckerl.tensor import TuckerDecomposition
 from tuckerl.types import FloatArray
 
@@ -23,9 +23,15 @@ WeightFunction = Callable[[TuckerDecomposition], ArrayLike]
 class Weighting(NamedTuple):
     """A weighting: from (decomposition or None, A, a generator) to (A,) weights."""
 
-    weigh: Callable[[TuckerDecomposition | None, int, np.random.Generator], FloatArray]
+    function: Callable[[TuckerDecomposition | None, int, np.random.Generator], FloatArray] | str  # or its home
     needs_decomposition: bool
     description: str  # what an action's learning rate is multiplied by
+
+    def weigh(self, decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
+        """Return the weights, (A,)."""
+        function = load(self.function) if isinstance(self.function, str) else self.function
+        weights: FloatArray = function(decomposition, n_actions, rng)
+        return weights
 
 
 def action_weights(action_factor: ArrayLike) -> FloatArray:
@@ -97,16 +103,6 @@ def _permuted(decomposition: TuckerDecomposition | None, n_actions: int, rng: np
 
 def _none(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
     return np.ones(n_actions)
-
-
-def _of(module: str) -> Callable[[TuckerDecomposition | None, int, np.random.Generator], FloatArray]:
-    """Return the function `weigh` of a module in this folder, imported when it is first called."""
-
-    def weigh(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
-        weights: FloatArray = import_module(f"{__package__}.{module}").weigh(decomposition, n_actions, rng)
-        return weights
-
-    return weigh
 
 
 WEIGHTINGS = {

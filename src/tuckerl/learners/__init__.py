@@ -1,8 +1,9 @@
 """The learners, one file for each algorithm. To add one, write its file and list it in `LEARNERS`."""
 
 import re
-from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple
+
+from tuckerl.registers import load
 
 if TYPE_CHECKING:
     from tuckerl.training.learner import Learner
@@ -21,7 +22,7 @@ class LearnerEntry(NamedTuple):
     """A learner in the register."""
 
     class_name: str
-    module: str
+    home: str
     title: str
     source: str
     paper_t_version: TVersion | None = None
@@ -41,7 +42,7 @@ class LearnerEntry(NamedTuple):
 
     def load(self) -> "type[Learner]":
         """Return the class."""
-        kind: type[Learner] = getattr(import_module(f"{__name__}.{self.module}"), self.class_name)
+        kind: type[Learner] = load(f"{self.home}:{self.class_name}")
         return kind
 
 
@@ -49,29 +50,29 @@ _PAPER = "the paper's Figure"
 LEARNERS = (
     LearnerEntry(
         "QLearning",
-        "q_learning",
+        "tuckerl.learners.q_learning",
         "Q-learning",
         f"Watkins and Dayan 1992; {_PAPER} 1",
         TVersion("tq-learning", "TQ-learning", f"{_PAPER} 5", "max"),
     ),
-    LearnerEntry("Sarsa", "sarsa", "SARSA", "Rummery and Niranjan 1994", has_t_version=False),
+    LearnerEntry("Sarsa", "tuckerl.learners.sarsa", "SARSA", "Rummery and Niranjan 1994", has_t_version=False),
     LearnerEntry(
         "SarsaLambda",
-        "sarsa_lambda",
+        "tuckerl.learners.sarsa_lambda",
         "SARSA(λ)",
         f"Rummery and Niranjan 1994; {_PAPER} 2",
         TVersion("tsarsa-lambda", "TSARSA(λ)", f"{_PAPER} 8", "min"),
     ),
     LearnerEntry(
         "DynaH",
-        "dyna_h",
+        "tuckerl.learners.dyna_h",
         "DYNA-H",
         f"Santos, Martin H. and Lopez 2011; {_PAPER} 6",
         TVersion("dyna-ht", "DYNA-HT", f"{_PAPER} 7", "max"),
     ),
     LearnerEntry(
         "TeamQ",
-        "team_q",
+        "tuckerl.learners.team_q",
         "Team-Q",
         "Littman 2001, with Watkins' Q(λ) 1989; the paper's section IV.C",
         TVersion("team-tq", "Team-TQ", "the paper's section IV.C", "max"),

@@ -94,7 +94,19 @@ def empty_traces(n_states: int, n_actions: int, decay: Decay) -> Traces:
 
 @kernel
 def sync_row(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeLog, state: int) -> None:
-    """Give a row of `q` all that it has missed; `step_sizes` are alpha omega."""
+    """Give a row of `q` all that it has missed.
+
+    Parameters
+    ----------
+    traces : Traces
+    q : (S, A) float64
+        Changed in place.
+    step_sizes : (A,) float64
+        Alpha times omega.
+    log : ChangeLog
+        Where the change is recorded.
+    state : int
+    """
     slot = traces.slot[state]
     if slot == 0:
         return
@@ -118,7 +130,19 @@ def sync_row(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeL
 
 @kernel
 def value_of(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeLog, state: int, action: int) -> float:
-    """Return Q(s, a) as it is up to date, without the work for its row."""
+    """Return Q(s, a) as it is up to date, without the work for its row where that is possible.
+
+    Parameters
+    ----------
+    traces : Traces
+    q : (S, A) float64
+        Changed in place.
+    step_sizes : (A,) float64
+        Alpha times omega.
+    log : ChangeLog
+        Where a change is recorded.
+    state, action : int
+    """
     slot = traces.slot[state]
     # A pair without a trace has missed nothing: its value, perhaps 0, must not meet what its row has missed.
     if slot != 0 and (traces.epoch[slot] != traces.cursor[EPOCH] or traces.constant[slot, action] == 0.0):
@@ -140,7 +164,24 @@ def learn(
 ) -> bool:
     """Visit a pair whose value was looked up, let a step's error reach all pairs by their traces, and let these decay.
 
-    Return whether everything is finite, as far as it was looked at.
+    Parameters
+    ----------
+    traces : Traces
+    q : (S, A) float64
+        Changed in place.
+    step_sizes : (A,) float64
+        Alpha times omega.
+    log : ChangeLog
+        Where changes are recorded.
+    state, action : int
+        The pair.
+    delta : float
+        The step's error.
+
+    Returns
+    -------
+    bool
+        Whether everything is finite, as far as it was looked at.
     """
     if not np.isfinite(delta):
         flush_traces(traces, q, step_sizes, log, False)
@@ -168,7 +209,18 @@ def learn(
 
 @kernel
 def _visit(traces: Traces, q: FloatArray, step_sizes: FloatArray, state: int, action: int) -> None:
-    """Give a pair its trace, and its entry such a value that catching up with its row stays right for it."""
+    """Give a pair its trace, and its entry such a value that catching up with its row stays right for it.
+
+    Parameters
+    ----------
+    traces : Traces
+    q : (S, A) float64
+        Changed at the pair.
+    step_sizes : (A,) float64
+        Alpha times omega.
+    state, action : int
+        The pair.
+    """
     slot = traces.slot[state]
     if slot == 0:
         traces.cursor[ROWS] += 1
@@ -196,7 +248,25 @@ def _begin_epoch(traces: Traces) -> None:
 
 @kernel
 def flush_traces(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeLog, keep: bool) -> bool:
-    """Bring all rows up to date and begin anew, keeping the traces or not; return whether q is finite."""
+    """Bring all rows up to date and begin anew from phi = 1.
+
+    Parameters
+    ----------
+    traces : Traces
+    q : (S, A) float64
+        Changed in place.
+    step_sizes : (A,) float64
+        Alpha times omega.
+    log : ChangeLog
+        Where changes are recorded.
+    keep : bool
+        Whether traces go on; otherwise all are forgotten.
+
+    Returns
+    -------
+    bool
+        Whether the rows of `q` that have traces are finite.
+    """
     n_broken, kept = 0, 0
     for slot in range(1, traces.cursor[ROWS] + 1):
         state = traces.state[slot]

@@ -35,13 +35,7 @@ def check_mask(action_mask: ArrayLike | None, shape: tuple[int, ...]) -> BoolArr
     return np.zeros((0, 0), dtype=np.bool_) if mask.all() else mask
 
 
-def check_outcomes(
-    states: NDArray[Any],
-    rewards: NDArray[Any],
-    ends: NDArray[Any],
-    *,
-    with_probability: bool,
-) -> None:
+def check_outcomes(states: NDArray[Any], rewards: NDArray[Any], ends: NDArray[Any], *, with_probability: bool) -> None:
     """Check next states, rewards and ends: one shape, the right types, states in range, finite rewards.
 
     Raises
@@ -52,11 +46,7 @@ def check_outcomes(
     if states.ndim != 2 + with_probability or 0 in states.shape:
         expected = "(S, A, K) as probability is given" if with_probability else "(S, A), or (S, A, K) with probability"
         raise ProblemError(f"next_state must have the shape {expected}, no axis empty; got {states.shape}")
-    for name, array, kinds in (
-        ("next_state", states, "iu"),
-        ("reward", rewards, "iuf"),
-        ("terminated", ends, "b"),
-    ):
+    for name, array, kinds in (("next_state", states, "iu"), ("reward", rewards, "iuf"), ("terminated", ends, "b")):
         if array.shape != states.shape:
             raise ProblemError(f"{name} must have the shape of next_state, {states.shape}; got {array.shape}")
         if array.dtype.kind not in kinds:

@@ -5,19 +5,21 @@ from typing import NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from tuckerl.reports import text as wording
-from tuckerl.reports.picture import Shown, render
-from tuckerl.reports.styles import BLACK, BLUE, GREEN, VERMILLION
+from tuckerl.reports.figure import FigureSpec
+from tuckerl.reports.styles import BLUE, GREEN, VERMILLION, write
+from tuckerl.reports.text import amount, counted, tick
 from tuckerl.studies.ablation import Ablation, AblationStep
+from tuckerl.studies.figure_text import FigureText
+from tuckerl.studies.statistics import MEASURES
 from tuckerl.studies.study import Scenario
 
 _ROW = 0.27  # inches
 
 
 class Mark(NamedTuple):
-    """How a kind of ingredient is drawn."""
+    """The look of a kind of step."""
 
     colour: str
     marker: str
@@ -26,96 +28,85 @@ class Mark(NamedTuple):
 CHAIN, SHARING, SLOW = Mark(BLUE, "o"), Mark(VERMILLION, "s"), Mark(GREEN, "D")
 
 
-def show_gain(gain: Ablation) -> Shown:
-    """Draw a scenario's gain, taken apart."""
-    scenario = gain.scenario
-    ends = ", ".join(f"{one.label} {wording.percent(one.difference)}" for one in gain.ingredients)
-    return Shown(
-        f"gain-{scenario.name}",
-        f"{scenario.title}: the gain taken apart",
-        _caption(gain),
-        f"Dots with intervals, one for each ingredient: {ends}.",
-        render(lambda: draw_gain(gain)),
-    )
-
-
-def draw_gain(gain: Ablation) -> Figure:
-    """Draw the difference of every ingredient's variant to the base, the base's own place being the line at 0."""
-    n = len(gain.ingredients)
+def draw_ablation(ablation: Ablation) -> Figure:
+    """Draw the difference of every step's variant to the base, the base's own place being the line at 0."""
+    n = len(ablation.steps)
     height = _ROW * n + 0.45 + 0.24  # inches: rows, what stands below and above them
     figure = Figure(figsize=(6.9, height))
     axes = figure.add_axes((0.31, 0.45 / height, 0.53, _ROW * n / height))
     axes.set_ylim(n - 0.5, -0.5)
     axes.axvline(0, color="0.3", linewidth=1, zorder=1)
-    for place, one in enumerate(gain.ingredients):
-        _draw_row(axes, place, one, mark_of(gain.scenario, one))
-        if place and mark_of(gain.scenario, gain.ingredients[place - 1]) != mark_of(gain.scenario, one):
+    for place, one in enumerate(ablation.steps):
+        _draw_row(axes, place, one, mark_of(ablation.scenario, one))
+        if place and mark_of(ablation.scenario, ablation.steps[place - 1]) != mark_of(ablation.scenario, one):
             axes.axhline(place - 0.5, color="0.8", linewidth=0.7, zorder=0)
-    axes.set_yticks(range(n), [one.label for one in gain.ingredients], parse_math=False)
+    axes.set_yticks(range(n), [one.label for one in ablation.steps], parse_math=False)
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.tick(value)))
-    axes.set_xlabel(f"better than {gain.scenario.family.base} by (% of its mean)", parse_math=False)
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: tick(value)))
+    unit = "% of its mean"
+    if not all(one.difference.relative for one in ablation.steps):
+        unit = MEASURES[ablation.scenario.measure].text
+        axes.xaxis.set_major_locator(MaxNLocator(5))
+    axes.set_xlabel(f"better than {ablation.scenario.algorithm.base} by ({unit})", parse_math=False)
     axes.margins(x=0.06)
-    axes.text(1.04, 1.02, "pairs", fontsize=8, transform=axes.transAxes, verticalalignment="bottom")
-    axes.text(
-        0,
-        1.02,
-        gain.scenario.family.base,
-        fontsize=8,
-        transform=axes.get_xaxis_transform(),
-        horizontalalignment="center",
-        verticalalignment="bottom",
-        parse_math=False,
-    )
+    write(axes, 1.04, 1.02, "pairs", axes.transAxes, verticalalignment="bottom")
+    look = {"horizontalalignment": "center", "verticalalignment": "bottom"}
+    write(axes, 0, 1.02, ablation.scenario.algorithm.base, axes.get_xaxis_transform(), **look)
     return figure
 
 
-def mark_of(scenario: Scenario, ingredient: AblationStep) -> Mark:
-    """Return the look of an ingredient's kind: one more on the chain, a way of sharing, or a slower base."""
-    made = next(variant for variant in scenario.variants if variant.name == ingredient.variant)
+def mark_of(scenario: Scenario, step: AblationStep) -> Mark:
+    """Return the look of a step's kind: one more on the chain, a way of sharing, or a slower base."""
+    made = next(variant for variant in scenario.variants if variant.name == step.variant)
     if made.tensor_step is None:
         return SLOW
     return CHAIN if made.n_agents == 1 else SHARING
 
 
 def _draw_row(axes: Axes, place: int, one: AblationStep, mark: Mark) -> None:
-    mean, low, high = (100 * value for value in one.difference[:3])
+    scale = 100 if one.difference.relative else 1
+    mean, low, high = (scale * value for value in one.difference[:3])
     decided = one.difference.verdict != "not decided"
     if not math.isnan(low):
         axes.plot([low, high], [place, place], color=mark.colour, linewidth=1.6, solid_capstyle="butt")
     if math.isnan(mean):
         axes.annotate("no pair left", (0, place), (4, 0), textcoords="offset points", fontsize=8, va="center")
     else:
-        axes.plot(
-            [mean],
-            [place],
-            marker=mark.marker,
-            color=mark.colour,
-            markersize=6,
-            markeredgewidth=1.3,
-            markerfacecolor=mark.colour if decided else "white",
-        )
+        face = mark.colour if decided else "white"
+        look = {"marker": mark.marker, "markersize": 6, "markeredgewidth": 1.3, "markerfacecolor": face}
+        axes.plot([mean], [place], color=mark.colour, **look)  # type: ignore[arg-type]  # of several types
     lost = one.difference.n_diverged
-    axes.text(
-        1.04,
-        place,
-        f"{one.difference.n_pairs}" + (f" ({lost} lost)" if lost else ""),
-        color=BLACK,
-        fontsize=8,
-        verticalalignment="center",
-        transform=axes.get_yaxis_transform(),
-    )
+    pairs = f"{one.difference.n_pairs}" + (f" ({lost} lost)" if lost else "")
+    write(axes, 1.04, place, pairs, axes.get_yaxis_transform())
 
 
-def _caption(gain: Ablation) -> str:
-    scenario = gain.scenario
-    runs, instances = wording.counted(scenario.n_runs, "run"), wording.counted(scenario.n_instances, "instance")
-    lost = any(one.difference.n_diverged for one in gain.ingredients)
-    return (
-        f"How much better than {scenario.family.base} each variant does, with the 95 % interval over pairs ({runs} of "
-        f"{instances}, from the same seeds as above); filled where the interval excludes 0, hollow where it covers 0. "
-        "Circles: one ingredient more at a time. Squares: the whole method with several agents, by the rule that says "
-        "whose table is copied. Diamond: the base with the smaller learning rate from the first episode on, without "
-        "any tensor step." + (" Lost: pairs left out because one of their runs diverged." if lost else "")
-    )
+def _text(ablation: Ablation) -> FigureText:
+    return FigureText(f"ablation-{ablation.scenario.name}", f"{ablation.scenario.title}: the gain taken apart")
+
+
+def _caption(ablation: Ablation) -> str:
+    scenario = ablation.scenario
+    runs, instances = counted(scenario.n_runs, "run"), counted(scenario.n_instances, "instance")
+    lost = any(one.difference.n_diverged for one in ablation.steps)
+    kinds = {mark_of(scenario, one) for one in ablation.steps}
+    words = [
+        f"How much better than {scenario.algorithm.base} each variant does, with the 95 % interval over pairs ({runs} "
+        f"of {instances}, from the same seeds as above); filled where the interval excludes 0, hollow where it covers "
+        "0. Circles: one ingredient more at a time."
+    ]
+    if SHARING in kinds:
+        words.append("Squares: the whole method with several agents, by the rule that says whose table is copied.")
+    if SLOW in kinds:
+        words.append(
+            "Diamond: the base with the smaller learning rate from the first episode on, without any tensor step."
+        )
+    return " ".join(words) + (" Lost: pairs left out because one of their runs diverged." if lost else "")
+
+
+def _alt(ablation: Ablation) -> str:
+    ends = ", ".join(f"{one.label} {amount(one.difference)}" for one in ablation.steps)
+    return f"Dots with intervals, one for each step: {ends}."
+
+
+ABLATION = FigureSpec(Ablation, _text, draw_ablation, _caption, _alt)

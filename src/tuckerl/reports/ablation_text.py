@@ -1,75 +1,58 @@
-"""Which ingredient does the work, in words and as a table's rows."""
+"""Which ingredient does the work, in words."""
 
 import math
-from typing import Any
 
-from tuckerl.reports import text as wording
+from tuckerl.reports.text import amount, amount_interval, counted
 from tuckerl.studies.ablation import Ablation, AblationStep
 
 
-def what_works(gain: Ablation) -> str:
-    """Say which ingredients add a gain, by the intervals of what each adds to the variant that it is added to."""
-    steps = sorted(_steps(gain), key=lambda one: -one.added.mean)
-    told = [one for one in steps if not math.isnan(one.added.low)]
-    helping = [_with_number(one) + _beside_the_base(gain, one) for one in told if one.added.low > 0]
-    harming = [_with_number(one) for one in reversed(told) if one.added.high < 0]
-    if not told:
+def what_works(ablation: Ablation) -> str:
+    """Say which steps add a gain, by the intervals of what each adds to the variant that it is added to."""
+    steps = sorted(_steps(ablation), key=lambda one: -one.added.mean)
+    known = [one for one in steps if not math.isnan(one.added.low)]
+    helping = [_with_number(one) + _beside_the_base(ablation, one) for one in known if one.added.low > 0]
+    harming = [_with_number(one) for one in reversed(known) if one.added.high < 0]
+    if not known:
         return "Which ingredient does the work cannot be told: no step has enough pairs for an interval."
     text = "No ingredient adds a gain whose whole interval lies above 0"
     if helping:
         text = f"By the intervals of each step over the one before it, the work is done by: {_listed(helping)}"
     if harming:
         text += f". Worse than the step before: {_listed(harming)}"
-    open_ones, untold = len(told) - len(helping) - len(harming), len(steps) - len(told)
+    open_ones, unknown = len(known) - len(helping) - len(harming), len(steps) - len(known)
     if open_ones:
-        text += f". The interval covers 0 for {wording.counted(open_ones, 'other step')}"
-    if untold:
-        text += f". Too few pairs are left for {wording.counted(untold, 'step')}"
+        text += f". The interval covers 0 for {counted(open_ones, 'other step')}"
+    if unknown:
+        text += f". Too few pairs are left for {counted(unknown, 'step')}"
     return text + "."
 
 
-def without_the_step(gain: Ablation) -> str:
+def without_the_step(ablation: Ablation) -> str:
     """Say what the smaller learning rate does on its own, where that was run."""
-    slow = next((one for one in gain.ingredients if _is_slow_base(gain, one)), None)
+    slow = next((one for one in ablation.steps if _is_slow_base(ablation, one)), None)
     if slow is None or math.isnan(slow.difference.low):
         return ""
-    rate = f"{wording.percent(slow.difference)} {wording.percent_interval(slow.difference)}"
+    rate = f"{amount(slow.difference)} {amount_interval(slow.difference)}"
     return f"The smaller learning rate alone, from the first episode on and without any tensor step: {rate}."
 
 
-def gain_rows(gain: Ablation) -> list[dict[str, Any]]:
-    """Return the table's rows."""
-    return [
-        {
-            "label": one.label,
-            "variant": one.variant,
-            "difference": wording.shown(one.difference),
-            "before": one.before,
-            "added": wording.shown(one.added),
-            "pairs": f"{one.difference.n_pairs:,}",
-            "diverged": f"{one.difference.n_diverged:,}",
-        }
-        for one in gain.ingredients
-    ]
+def _steps(ablation: Ablation) -> list[AblationStep]:
+    return [one for one in ablation.steps if not _is_slow_base(ablation, one)]
 
 
-def _steps(gain: Ablation) -> list[AblationStep]:
-    return [one for one in gain.ingredients if not _is_slow_base(gain, one)]
-
-
-def _is_slow_base(gain: Ablation, ingredient: AblationStep) -> bool:
-    variants = {variant.name: variant for variant in gain.scenario.variants}
-    return variants[ingredient.variant].tensor_step is None
+def _is_slow_base(ablation: Ablation, step: AblationStep) -> bool:
+    variants = {variant.name: variant for variant in ablation.scenario.variants}
+    return variants[step.variant].tensor_step is None
 
 
 def _with_number(one: AblationStep) -> str:
     label = one.label.removeprefix("+ ")
-    return f"{label} ({wording.percent(one.added)} {wording.percent_interval(one.added)} over {one.before})"
+    return f"{label} ({amount(one.added)} {amount_interval(one.added)} over {one.before})"
 
 
-def _beside_the_base(gain: Ablation, one: AblationStep) -> str:
+def _beside_the_base(ablation: Ablation, one: AblationStep) -> str:
     """Say so where a gain over the step before only makes good what that step has spoilt."""
-    base = gain.scenario.family.base
+    base = ablation.scenario.algorithm.base
     if one.difference.high < 0:
         return f", though still worse than {base}"
     return "" if one.difference.low > 0 else f", though not better than {base} as far as these runs can tell"

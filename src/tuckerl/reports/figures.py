@@ -1,23 +1,18 @@
-"""All figures of the report. To add one, write its file and list it here.
+"""The figures of studies, in the order in which pages show them. To add one, write its file and list it here."""
 
-Two are no pictures of a summary and are drawn where there is something to draw: ``gain_figure`` and
-``sensitivity_figure``.
-"""
+from typing import Any
 
-from tuckerl.reports.fig9 import FIG9
-from tuckerl.reports.fig10 import FIG10
-from tuckerl.reports.fig11 import FIG11
-from tuckerl.reports.fig13 import FIG13
-from tuckerl.reports.omega import OMEGA_DYNA_MAZE
-from tuckerl.reports.omega_map import OMEGA_CART_POLE, OMEGA_ROBOT_RESCUE
-from tuckerl.reports.picture import Picture
+from tuckerl.registers import load
+from tuckerl.reports.figure import FigureSpec
 
-PICTURES: tuple[Picture, ...] = (
-    FIG9,
-    OMEGA_CART_POLE,
-    FIG10,
-    FIG11,
-    OMEGA_DYNA_MAZE,
-    FIG13,
-    OMEGA_ROBOT_RESCUE,
+_LISTED = (
+    "tuckerl.reports.paths:PATHS",
+    "tuckerl.reports.curves:CURVES",
+    "tuckerl.reports.weight_lines:WEIGHT_LINES",
+    "tuckerl.reports.weight_map:WEIGHT_MAP",
+    "tuckerl.reports.ablation_figure:ABLATION",
+    "tuckerl.reports.sensitivity_figure:SENSITIVITY",
+    "tuckerl.reports.comparison_figure:COMPARISON",
 )
+
+FIGURES: tuple[FigureSpec[Any], ...] = tuple(map(load, _LISTED))

@@ -8,24 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.reports.curves import CurveWords, Line, flat, gains, totals
-from tuckerl.reports.styles import PLOTLY_DASHES, LineStyle, line_styles
-from tuckerl.studies.summary import Summary
+from tuckerl.reports.panels import Line, Panels
+from tuckerl.reports.styles import PLOTLY_DASHES
 from tuckerl.types import FloatArray
 
 _FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 
 
-def plotly_curves(summary: Summary, words: CurveWords) -> dict[str, Any]:
-    """Return a figure of two panels as in :func:`tuckerl.reports.curves.draw_curves`: ``data`` and ``layout``."""
-    styles = line_styles(summary.scenario)
-    base = summary.curves[0].variant
-    zero = flat(summary)
+def plotly_panels(panels: Panels) -> dict[str, Any]:
+    """Return a figure of two panels as in :func:`tuckerl.reports.panels.draw_panels`: ``data`` and ``layout``."""
     data: list[dict[str, Any]] = []
-    for lines, axis in ((totals(summary), ""), ([zero, *gains(summary, words)], "2")):
+    for lines, axis in ((panels.totals, ""), (panels.gains, "2")):
         for line in lines:
-            data += _traces(line, styles[line.variant], axis)
-    grid = {"gridcolor": "#e6e6e6", "zeroline": False, "ticks": "outside", "tickformat": ",d", "automargin": True}
+            data += _traces(panels, line, axis)
+    grid = {"gridcolor": "#e6e6e6", "zeroline": False, "ticks": "outside", "automargin": True}
+    counts = {**grid, "tickformat": ",d"}
+    measured, mode = (counts, "tozero") if panels.counts_steps else (grid, "normal")
     layout = {
         "font": {"family": _FONT, "size": 13, "color": "#1a1a1a"},
         "paper_bgcolor": "#ffffff",
@@ -34,21 +32,16 @@ def plotly_curves(summary: Summary, words: CurveWords) -> dict[str, Any]:
         "margin": {"l": 90, "r": 30, "t": 30, "b": 50},
         "hovermode": "x unified",
         "legend": {"orientation": "h", "y": -0.1, "yanchor": "top"},
-        "xaxis": {
-            **grid,
-            "anchor": "y2",
-            "range": [0, summary.curves[0].band.mean.size],
-            "title": {"text": "episodes"},
-        },
-        "yaxis": {**grid, "domain": [0.53, 1], "rangemode": "tozero", "title": _axis_title(words.total)},
-        "yaxis2": {**grid, "domain": [0, 0.47], "title": _axis_title(words.gain.format(base=base))},
+        "xaxis": {**counts, "anchor": "y2", "range": [0, int(panels.episode[-1])], "title": {"text": "episodes"}},
+        "yaxis": {**measured, "domain": [0.53, 1], "rangemode": mode, "title": _axis_title(panels.total)},
+        "yaxis2": {**measured, "domain": [0, 0.47], "title": _axis_title(panels.gain)},
     }
     return {"data": data, "layout": layout}
 
 
-def _traces(line: Line, look: LineStyle, axis: str) -> Iterator[dict[str, Any]]:
+def _traces(panels: Panels, line: Line, axis: str) -> Iterator[dict[str, Any]]:
     """Yield a variant's band and its line; the upper panel's line carries the legend for both panels."""
-    episodes = list(range(1, line.band.mean.size + 1))
+    look, episodes = panels.styles[line.variant], panels.episode.tolist()
     shared = {"xaxis": "x", "yaxis": f"y{axis}", "legendgroup": line.variant, "type": "scatter", "mode": "lines"}
     yield shared | {
         "x": episodes + episodes[::-1],
@@ -64,7 +57,7 @@ def _traces(line: Line, look: LineStyle, axis: str) -> Iterator[dict[str, Any]]:
         "y": _numbers(line.band.mean),
         "name": _escaped(line.variant),
         "line": {"color": look.colour, "dash": PLOTLY_DASHES[look.dash], "width": look.width * 1.2},
-        "hovertemplate": "%{y:,.0f}",
+        "hovertemplate": "%{y:,.0f}" if panels.counts_steps else "%{y:,.4~g}",
         "showlegend": not axis,
     }
 

@@ -12,11 +12,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FuncFormatter
 
-from tuckerl.reports import text as wording
-from tuckerl.reports.picture import Shown, render
+from tuckerl.reports.figure import FigureSpec
 from tuckerl.reports.styles import BLACK
-from tuckerl.studies.paper import SCENARIOS
-from tuckerl.studies.sensitivity import DEFAULT, Cell
+from tuckerl.reports.text import amount, signed, tick
+from tuckerl.studies.figure_text import FigureText
+from tuckerl.studies.sensitivity import DEFAULT, Cell, Sensitivity
+from tuckerl.studies.statistics import Difference
 from tuckerl.types import FloatArray
 
 # Orange against blue keeps apart for every colour-blindness; in grey, where both ends darken, the printed sign and
@@ -29,39 +30,9 @@ _ROW, _HEADER = 0.4, 1.16  # inches
 _LETTERS = 8.5  # points: 8 when the page is printed on A4, which is a little narrower than the figure
 
 
-def show_sensitivity(cells: Sequence[Cell]) -> Shown:
-    """Draw all cells."""
-    changed = [f"{cell.claim.id} with {cell.alternative}" for cell in cells if is_changed(cell, cells)]
-    return Shown(
-        "sensitivity",
-        "The claims under other readings of the paper",
-        (
-            "How much better the claim's candidate does than its base, in percent of the base's mean, when one thing "
-            "is read otherwise (across; the first column is the default reading on the same few runs, so that its "
-            "verdict can differ from the one above). The sign below a number is the verdict by its 95 % interval; a "
-            "heavy frame marks another verdict than the default's. All are on the same seeds."
-        ),
-        "A table in colours, claims down and readings across. "
-        + (f"Another verdict than the default's: {', '.join(changed)}." if changed else "No verdict changes."),
-        render(lambda: draw_sensitivity(cells)),
-    )
-
-
-def is_changed(cell: Cell, cells: Sequence[Cell]) -> bool:
-    """Return whether a claim's verdict differs from that of the default reading of the same runs.
-
-    Pairs that all diverged have no verdict either, which is a change; pairs that were never run say nothing.
-    """
-    run = cell.claim.difference.n_pairs + cell.claim.difference.n_diverged > 0
-    return run and any(
-        other.claim.verdict != cell.claim.verdict
-        for other in cells
-        if (other.scenario, other.claim.id, other.alternative) == (cell.scenario, cell.claim.id, DEFAULT)
-    )
-
-
-def draw_sensitivity(cells: Sequence[Cell]) -> Figure:
+def draw_sensitivity(sensitivity: Sensitivity) -> Figure:
     """Draw one panel for each scenario: claims down, readings across."""
+    cells = sensitivity.cells
     groups = {name: [c for c in cells if c.scenario == name] for name in dict.fromkeys(c.scenario for c in cells)}
     rows = [len({cell.claim.id for cell in group}) for group in groups.values()]
     height = sum(rows) * _ROW + len(groups) * _HEADER + 0.9
@@ -75,15 +46,20 @@ def draw_sensitivity(cells: Sequence[Cell]) -> Figure:
         n_columns = len({cell.alternative for cell in group})
         width = 0.82 * n_columns / columns
         axes = figure.add_axes((0.06, top / height, width, n_rows * _ROW / height))
-        _draw_panel(axes, group, norm)
+        _draw_panel(axes, sensitivity, group, norm)
     _draw_keys(figure, norm, with_empty=any(math.isnan(cell.claim.difference.mean) for cell in cells))
     return figure
 
 
 def _limit(cells: Sequence[Cell]) -> float:
-    sizes = [abs(cell.claim.difference.mean) for cell in cells if not math.isnan(cell.claim.difference.mean)]
+    sizes = [abs(_effect(cell.claim.difference)) for cell in cells if not math.isnan(cell.claim.difference.mean)]
     reached = float(np.quantile(sizes, 0.9)) if sizes else 0.0
     return next((limit for limit in LIMITS if limit >= reached), LIMITS[-1])
+
+
+def _effect(difference: Difference) -> float:
+    """Return the part of the base's mean that gives a cell its colour; 0 in another unit."""
+    return difference.mean if difference.relative else 0.0
 
 
 def _root(values: FloatArray) -> FloatArray:
@@ -94,7 +70,7 @@ def _square(values: FloatArray) -> FloatArray:
     return np.sign(values) * np.asarray(values) ** 2
 
 
-def _draw_panel(axes: Axes, cells: Sequence[Cell], norm: Normalize) -> None:
+def _draw_panel(axes: Axes, sensitivity: Sensitivity, cells: Sequence[Cell], norm: Normalize) -> None:
     claims = list(dict.fromkeys(cell.claim.id for cell in cells))
     alternatives = list(dict.fromkeys(cell.alternative for cell in cells))
     axes.set_xlim(-0.5, len(alternatives) - 0.5)
@@ -102,7 +78,7 @@ def _draw_panel(axes: Axes, cells: Sequence[Cell], norm: Normalize) -> None:
     for cell in cells:
         place = (alternatives.index(cell.alternative), claims.index(cell.claim.id))
         _draw_cell(axes, cell, place, norm)
-        if is_changed(cell, cells):
+        if sensitivity.is_changed(cell):
             # Inside the cell: the frames of neighbours stay two.
             corner = (alternatives.index(cell.alternative) - 0.45, claims.index(cell.claim.id) - 0.44)
             axes.add_patch(Rectangle(corner, 0.9, 0.88, fill=False, edgecolor=BLACK, linewidth=2, zorder=4))
@@ -115,9 +91,10 @@ def _draw_panel(axes: Axes, cells: Sequence[Cell], norm: Normalize) -> None:
     axes.tick_params(axis="x", pad=2)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    title = SCENARIOS[cells[0].scenario].title if cells[0].scenario in SCENARIOS else cells[0].scenario
     above = (-0.35 * 72, (_HEADER - 0.3) * 72)  # points
-    axes.annotate(title, (0, 1), above, xycoords="axes fraction", textcoords="offset points", fontweight="bold")
+    axes.annotate(
+        cells[0].scenario, (0, 1), above, xycoords="axes fraction", textcoords="offset points", fontweight="bold"
+    )
 
 
 def _draw_cell(axes: Axes, cell: Cell, place: tuple[int, int], norm: Normalize) -> None:
@@ -129,7 +106,7 @@ def _draw_cell(axes: Axes, cell: Cell, place: tuple[int, int], norm: Normalize) 
             (x - 0.5, y - 0.5),
             1,
             1,
-            facecolor="white" if empty else to_rgb(COLOURS(norm(difference.mean))[:3]),
+            facecolor="white" if empty else to_rgb(COLOURS(norm(_effect(difference)))[:3]),
             edgecolor="0.75" if empty else "white",
             linewidth=1.2,
             hatch="////" if empty else None,
@@ -154,16 +131,16 @@ def _draw_cell(axes: Axes, cell: Cell, place: tuple[int, int], norm: Normalize) 
 def cell_words(cell: Cell) -> str:
     """Return the number of a cell, or why it has none."""
     difference = cell.claim.difference
-    if not math.isnan(difference.mean):
-        return wording.signed(100 * difference.mean) + " %"
-    return "diverged" if difference.n_diverged else "no pairs"
+    if math.isnan(difference.mean):
+        return "diverged" if difference.n_diverged else "no pairs"
+    return f"{signed(100 * difference.mean)} %" if difference.relative else amount(difference)
 
 
 def _draw_keys(figure: Figure, norm: Normalize, *, with_empty: bool) -> None:
     height = figure.get_size_inches()[1]
     bar_axes = figure.add_axes((0.06, 0.45 / height, 0.27, 0.12 / height))
     bar = figure.colorbar(ScalarMappable(norm, COLOURS), cax=bar_axes, orientation="horizontal", extend="both")
-    bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.tick(round(100 * value))))
+    bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: tick(round(100 * value))))
     limit = float(norm.vmax or 1.0)
     bar.set_ticks([-limit, -limit / 4, 0, limit / 4, limit])
     bar.set_label("better than the base by (%, root scale)", fontsize=8, labelpad=1)
@@ -178,3 +155,31 @@ def _draw_keys(figure: Figure, norm: Normalize, *, with_empty: bool) -> None:
     figure.legend(
         handles=keys, loc="lower left", bbox_to_anchor=(0.37, 0.06 / height), ncols=3, frameon=False, handletextpad=0.5
     )
+
+
+def _caption(sensitivity: Sensitivity) -> str:
+    plain = any(not cell.claim.difference.relative for cell in sensitivity.cells)
+    return (
+        "How much better the claim's candidate does than its base, in percent of the base's mean, when one thing "
+        "is read otherwise (across; the first column is the default reading on the same few runs, so that its "
+        "verdict can differ from the one above). The sign below a number is the verdict by its 95 % interval; a "
+        "heavy frame marks another verdict than the default's. All are on the same seeds."
+        + (" A number without a percent sign is in the unit of what is measured, and has no colour." if plain else "")
+    )
+
+
+def _alt(sensitivity: Sensitivity) -> str:
+    changed = [f"{c.claim.id} with {c.alternative}" for c in sensitivity.cells if sensitivity.is_changed(c)]
+    return "A table in colours, claims down and readings across. " + (
+        f"Another verdict than the default's: {', '.join(changed)}." if changed else "No verdict changes."
+    )
+
+
+SENSITIVITY = FigureSpec(
+    Sensitivity,
+    FigureText("sensitivity", "The claims under other readings of the paper"),
+    draw_sensitivity,
+    _caption,
+    _alt,
+    applies=lambda one: bool(one.cells),
+)

@@ -1,17 +1,19 @@
-"""How variants look, in every figure alike: told apart by dash and marker as well as by colour.
+"""How variants look, in every figure alike: they differ in dash and marker as well as in colour.
 
 Colours are Okabe and Ito's, safe for the colour-blind. A colour says how many agents there are and a dash which
 weights: a T-version is solid and bold, a control thin and dashed or dotted in the colour of the T-version that it
 belongs to.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.transforms import Transform
 from scipy.optimize import isotonic_regression
 
 from tuckerl.studies.study import Scenario, Variant
+from tuckerl.types import FloatArray, IntArray
 
 BLACK, BLUE, VERMILLION, GREEN = "#000000", "#0072B2", "#D55E00", "#009E73"
 PURPLE, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
@@ -29,12 +31,24 @@ LABEL_GAP = 1.25 * LABEL_SIZE
 
 
 class LineStyle(NamedTuple):
-    """How a variant's line is drawn."""
+    """The look of a line."""
 
     colour: str
     dash: str
     marker: str  # "" for none
     width: float
+
+
+# Told apart by dash, marker and width as well, for they come to lie on one another.
+ACTION_STYLES = (
+    LineStyle(BLUE, "solid", "o", 2.4),
+    LineStyle(VERMILLION, "solid", "s", 1.5),
+    LineStyle(GREEN, "dashed", "^", 1.4),
+    LineStyle(PURPLE, "solid", "D", 1.5),
+    LineStyle(ORANGE, "dashdot", "v", 1.5),
+    LineStyle(SKY, "dotted", "P", 1.8),
+)
+"""The looks of the actions' lines, where there are no more of them."""
 
 
 class EndLabel(NamedTuple):
@@ -75,6 +89,18 @@ def _look(kind: str, n_agents: int, place: int) -> LineStyle:
     return LineStyle(colour, _DASHES.get(kind, _OTHER_DASH), marker, 1.8 if bold else 1.2)
 
 
+def plot_line(axes: Axes, x: FloatArray | IntArray, y: FloatArray, look: LineStyle, **more: Any) -> None:
+    """Draw a line by its look, its markers edged in white so that they show on other lines."""
+    edges: dict[str, Any] = {"linewidth": look.width, "markeredgecolor": "white", "markeredgewidth": 0.6}
+    axes.plot(x, y, color=look.colour, linestyle=look.dash, marker=look.marker, **edges, **more)
+
+
+def write(axes: Axes, x: float, y: float, text: str, transform: Transform, **more: Any) -> None:
+    """Write small letters, as they are, at a place that `transform` gives a meaning."""
+    letters: dict[str, Any] = {"fontsize": LABEL_SIZE, "verticalalignment": "center"}
+    axes.text(x, y, text, transform=transform, parse_math=False, **letters | more)
+
+
 def label_ends(axes: Axes, labels: list[EndLabel]) -> None:
     """Write the labels right of the axes, moved apart where they would overlap, each joined to its line's end.
 
@@ -95,13 +121,4 @@ def label_ends(axes: Axes, labels: list[EndLabel]) -> None:
     for label, end, height in zip(finite, ends, heights, strict=True):
         line = axes.plot([1.0, 1.03], [end, height], color=label.colour, linewidth=1, transform=axes.transAxes)[0]
         line.set_clip_on(False)
-        axes.text(
-            1.04,
-            height,
-            label.text,
-            color=TEXT,
-            fontsize=LABEL_SIZE,
-            verticalalignment="center",
-            transform=axes.transAxes,
-            parse_math=False,
-        )
+        write(axes, 1.04, height, label.text, axes.transAxes, color=TEXT)

@@ -1,17 +1,23 @@
-"""Numbers and verdicts in words."""
+"""Numbers in words: the one place where pages, figures and commands have them from."""
 
 import math
+from collections.abc import Iterable
 
-from tuckerl.studies.claims import Claim
 from tuckerl.studies.statistics import Difference
-from tuckerl.studies.study import Comparison, Scenario, Variant
+from tuckerl.types import FloatArray
 
 NOTHING = "\N{EN DASH}"
+_LISTED = 6
 
 
 def counted(number: int, noun: str) -> str:
     """Return "1 run" or "1,200 runs"."""
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
+def all_pairs(number: int) -> str:
+    """Return "the one pair" or "all 1,200 pairs"."""
+    return "the one pair" if number == 1 else f"all {number:,} pairs"
 
 
 def whole(value: float) -> str:
@@ -52,30 +58,37 @@ def measured_interval(low: float, high: float) -> str:
 
 def amount(difference: Difference) -> str:
     """Return a difference in percent of the base's mean, or in the unit of what is measured."""
-    if difference.relative or math.isnan(difference.mean):
-        return percent(difference)
+    if math.isnan(difference.mean):
+        return NOTHING
+    if difference.relative:
+        return _minus(f"{_rounded(difference.mean):+.1f} %")
     return ("+" if difference.mean > 0 else "") + measured(difference.mean)
 
 
 def amount_interval(difference: Difference) -> str:
     """Return the 95 % interval of `amount`."""
-    if difference.relative or math.isnan(difference.mean) or math.isnan(difference.low):
-        return percent_interval(difference)
-    return measured_interval(difference.low, difference.high)
-
-
-def percent(difference: Difference) -> str:
-    """Return a difference in percent."""
-    return NOTHING if math.isnan(difference.mean) else _minus(f"{_rounded(difference.mean):+.1f} %")
-
-
-def percent_interval(difference: Difference) -> str:
-    """Return its 95 % interval."""
     if math.isnan(difference.mean):
         return ""
     if math.isnan(difference.low) or math.isnan(difference.high):
         return "no interval"
-    return _minus(f"[{_bound(difference.low)}, {_bound(difference.high)}]")
+    if difference.relative:
+        return _minus(f"[{_bound(difference.low)}, {_bound(difference.high)}]")
+    return measured_interval(difference.low, difference.high)
+
+
+def total(value: float, column: str) -> str:
+    """Return a sum of steps without decimals, or one of returns with about four figures."""
+    return whole(value) if column == "steps" else measured(value)
+
+
+def total_interval(low: float, high: float, column: str) -> str:
+    """Return the interval of `total`."""
+    return interval(low, high) if column == "steps" else measured_interval(low, high)
+
+
+def mean_of(value: float, column: str) -> str:
+    """Return a mean of steps with one decimal, or one of returns with about four figures."""
+    return tenths(value) if column == "steps" else measured(value)
 
 
 def signed(value: float) -> str:
@@ -88,81 +101,44 @@ def tick(value: float) -> str:
     return _minus(f"{value:+g}") if value else "0"
 
 
-def shown(difference: Difference) -> dict[str, str]:
-    """Return a difference and its interval for a table's cell."""
-    return {"mean": percent(difference), "interval": percent_interval(difference)}
+def number(value: float) -> str:
+    """Return a number with three digits; a dash where there is none."""
+    return NOTHING if math.isnan(value) else _minus(f"{value + 0.0:.3g}")
 
 
-def reading(claim: Claim, comparison: Comparison | None, scenario: Scenario | None) -> str:
-    """Return what a claim's two intervals say together, in plain words."""
-    if comparison is None or scenario is None:
-        return ""
-    if math.isnan(claim.difference.mean):
-        lost = claim.difference.n_diverged
-        return f"Nothing is left to compare: in {_all_of(lost)} a run diverged." if lost else "No pair was run."
-    if claim.verdict == "holds":
-        return _reading_of_gain(claim.control, _causes(comparison, scenario))
-    first = "The opposite is the case: the whole interval lies below 0."
-    if claim.verdict == "not decided":
-        missing = math.isnan(claim.difference.low)
-        first = "Too few pairs for an interval." if missing else "The interval covers 0: these runs decide nothing."
-    return f"{first} {_against_control(claim.control)}."
+def percent(part: float) -> str:
+    """Return a part of 1 in percent, never rounded to all or nothing unless it is."""
+    if math.isnan(part):
+        return NOTHING
+    if 0 < part < 0.0005:
+        return "less than 0.1 %"
+    return "more than 99.9 %" if 0.9995 <= part < 1 else f"{100 * part:.3g} %"
 
 
-def _all_of(pairs: int) -> str:
-    return "the one pair" if pairs == 1 else f"all {pairs:,} pairs"
+def percents(parts: FloatArray) -> str:
+    """Return parts of 1 as a list, those after the sixth together."""
+    listed = len(parts) if len(parts) <= _LISTED + 1 else _LISTED
+    shown = [f"{100 * part:.3g}" if part == 0 or part >= 0.0005 else "<0.1" for part in parts[:listed]]
+    text = f"{joined(shown)} %"
+    rest = parts[listed:]
+    return text if rest.size == 0 else f"{text}, the other {rest.size} together {percent(float(rest.sum()))}"
 
 
-def _causes(comparison: Comparison, scenario: Scenario) -> tuple[str, str]:
-    """Return what the control shares with the candidate but not with the base, and the ending of its verb.
-
-    With several agents the control shares among them as the candidate does, so that it accounts for that as well; the
-    smaller learning rate, the base can have itself.
-    """
-    agents = {variant.name: variant.n_agents for variant in scenario.variants}
-    candidate, base = agents.get(comparison.candidate, 1), agents.get(comparison.base, 1)
-    if candidate > 1 and base == candidate:
-        return "constant weights and the same sharing", ""
-    return ("the smaller learning rate and the sharing", "") if candidate > 1 else ("the smaller learning rate", "s")
+def joined(parts: Iterable[str]) -> str:
+    """Return "a, b and c"."""
+    listed = list(parts)
+    return " and ".join([", ".join(listed[:-1]), listed[-1]]) if len(listed) > 1 else "".join(listed)
 
 
-def _reading_of_gain(control: Difference, causes: tuple[str, str]) -> str:
-    """Say whether a gain over the base is one over the control too."""
-    against = _against_control(control)
-    if math.isnan(control.low) or math.isnan(control.high):
-        return f"{against}."
-    cause, s = causes
-    if control.low > 0:
-        return f"{against}: {cause} alone do{'es' if s else ''} not explain it."
-    if control.high < 0:
-        return f"{against}: {cause} explain{s} the gain, and the tensor's weights lessen it."
-    return f"{against}: {cause} explain{s} the gain, as far as these runs can tell."
+def span(values: FloatArray) -> str:
+    """Return "from 1 to 2" of finite numbers, or "1" if all are alike."""
+    low, high = float(values.min()), float(values.max())
+    return number(low) if low == high else f"from {number(low)} to {number(high)}"
 
 
-def _against_control(control: Difference) -> str:
-    if control.n_pairs == 0 and control.n_diverged == 0:
-        return "There is no run of the control to compare it with"
-    if math.isnan(control.low) or math.isnan(control.high):
-        return "Too few pairs to compare it with the control"
-    if control.low > 0:
-        return "Better than the control"
-    return "Worse than the control" if control.high < 0 else "No better than the control"
-
-
-def described(variant: Variant) -> str:
-    """Return what a variant is."""
-    step = variant.tensor_step
-    if step is None:
-        return "without the tensor step"
-    weights = {
-        "paper": "tensor step as printed",
-        "constant": "control: constant weights",
-        "permuted": "control: permuted weights",
-    }.get(str(step.weights), f"weights: {step.weights if isinstance(step.weights, str) else 'own function'}")
-    share = step.share if isinstance(step.share, str) else "own function"
-    if variant.n_agents == 1:
-        return weights
-    return f"{weights}; {'no sharing' if share == 'none' else f'share: {share}'}"
+def typed(value: float) -> str:
+    """Return a number with four digits as terminals show it: with a plain hyphen for minus."""
+    return f"{value:.4g}" if abs(value) < 1000 else f"{value:,.1f}"
 
 
 def _rounded(part: float) -> float:

@@ -114,7 +114,7 @@ def digit_names(encoder: SpaceEncoder, what: str = "observation") -> tuple[str, 
     --------
     >>> from gymnasium.spaces import Box, Dict, Discrete
     >>> digit_names(space_encoder(Dict(place=Box(-1, 1, (2,)), lamp=Discrete(2)), bins=3))
-    ("observation['lamp']", "observation['place'][0]", "observation['place'][1]")
+    ("observation['place'][0]", "observation['place'][1]", "observation['lamp']")
     """
     if encoder.parts:
         parts = zip(_parts(encoder.space), encoder.parts, strict=True)

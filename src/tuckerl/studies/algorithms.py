@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
-from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 from tuckerl.adapters.resolve import Agents
-from tuckerl.checks import check_name
+from tuckerl.checks import check_name, did_you_mean
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners import LEARNERS
@@ -92,8 +91,7 @@ def check_setting(algorithms: tuple[Algorithm, ...], name: str) -> None:
         t_versions = ", ".join(a.name for a in ALGORITHMS.values() if a.is_t_version)
         raise ParameterError(f"{name} belongs to the tensor step, which {who} is without: {t_versions} take it")
     known = list(dict.fromkeys(known for algorithm in algorithms for known in parameters_of(algorithm)))
-    close = get_close_matches(name, known, n=1)
-    hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join(known)}"
+    hint = did_you_mean(name, known) or f"known are {', '.join(known)}"
     raise ParameterTypeError(f"{who} has no parameter {name!r}: {hint}")
 
 

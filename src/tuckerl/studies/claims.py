@@ -1,112 +1,114 @@
-"""The paper's claims, each with its verdict and, where it compares, the same against the constant control."""
+"""The claims of a study's scenarios, each with its verdict and, where it compares, the same against its control."""
 
 import math
+import re
 import zlib
 from typing import Any, NamedTuple
 
-import numpy as np
 import polars as pl
 
-from tuckerl.studies.runner import Tables
-from tuckerl.studies.statistics import MEASURES, Difference, compare
-from tuckerl.studies.study import Comparison, Scenario, Study
+from tuckerl.studies.runner import StudyTables
+from tuckerl.studies.scenarios import SCENARIOS
+from tuckerl.studies.statistics import NO_DIFFERENCE, Difference, compare_with_control, json_number
+from tuckerl.studies.study import Scenario, Study
 
-N_SCENARIOS = 3  # in the paper
 MOST_TIME = 1.5  # times the base's processor time is no big computational load
-
-_NOTHING = Difference(math.nan, math.nan, math.nan, 0, 0)
 
 
 class Claim(NamedTuple):
-    """What became of one claim."""
+    """A claim and its verdict."""
 
     id: str
     claim: str
-    scenario: str
+    scenario: str  # "all" where it is about several
     verdict: str  # "holds", "does not hold" or "not decided"
-    difference: Difference  # NaN where the claim is not a comparison
-    control: Difference
     runs: int
     detail: str  # what was compared, in words
+    difference: Difference = NO_DIFFERENCE  # NaN where the claim is not a comparison
+    control: Difference = NO_DIFFERENCE
+    ratio: float | None = None  # of a claim about one; NaN where it cannot be told
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the claim's line of ``claims.json``."""
-        return {
+    def to_dict(self) -> dict[str, Any]:
+        """Return the claim's entry in ``claims.json``."""
+        entry = {
             "id": self.id,
             "claim": self.claim,
             "verdict": self.verdict,
-            "difference": _number(self.difference.mean),
-            "low": _number(self.difference.low),
-            "high": _number(self.difference.high),
-            "control_difference": _number(self.control.mean),
-            "control_low": _number(self.control.low),
-            "control_high": _number(self.control.high),
+            "difference": json_number(self.difference.mean),
+            "low": json_number(self.difference.low),
+            "high": json_number(self.difference.high),
+            "control_difference": json_number(self.control.mean),
+            "control_low": json_number(self.control.low),
+            "control_high": json_number(self.control.high),
             "runs": self.runs,
         }
+        if self.ratio is not None:
+            entry["ratio"] = json_number(self.ratio)
+        return entry if self.difference.relative else entry | {"relative": False}
 
 
-def test_claims(study: Study, tables: Tables) -> list[Claim]:
+def judge_claims(study: Study, tables: StudyTables) -> list[Claim]:
     """Return every claim of the study's scenarios, in the order of their numbers.
 
-    C8, which speaks of all of the paper's scenarios, is tested where the study has them all.
+    Two are about the paper's scenarios together: C9, on those that the study has, and C8, where it has them all.
     """
     claims = [claim for scenario in study.scenarios for claim in compared_claims(study, scenario, tables.runs)]
-    claims.append(_weights_in_range(tables.weights))
-    if len(study.scenarios) == N_SCENARIOS:
-        claims.append(_processor_time(study, tables))
-    return sorted(claims, key=lambda claim: int(claim.id[1:]))
+    of_paper = {scenario.name: scenario for scenario in study.scenarios if scenario.is_of_paper}
+    if of_paper:
+        claims.append(_weights_in_range(tables.weights.filter(pl.col("scenario").is_in(list(of_paper)))))
+    if of_paper.keys() == {name for name, known in SCENARIOS.items() if known.is_of_paper}:
+        claims.append(_processor_time(list(of_paper.values()), tables))
+    return sorted(claims, key=lambda claim: [int(p) if p.isdigit() else p for p in re.split(r"(\d+)", claim.id)])
 
 
 def compared_claims(study: Study, scenario: Scenario, runs: pl.DataFrame) -> list[Claim]:
     """Return the claims that compare variants of one scenario."""
     own = runs.filter(pl.col("scenario") == scenario.name)
-    return [_compared(study, scenario, comparison, own) for comparison in scenario.comparisons]
+    claims = []
+    for comparison in scenario.comparisons:
+        # Each interval has its own stream, so that no claim's numbers depend on which others are tested.
+        entropy = [study.seed, scenario.number, zlib.crc32(comparison.id.encode())]
+        difference, control = compare_with_control(own, comparison, entropy)
+        detail = f"{comparison.candidate} against {comparison.base}"
+        detail += f"; control {comparison.control}" if comparison.control else ""
+        pairs = difference.n_pairs
+        claims.append(
+            Claim(
+                comparison.id, comparison.claim, scenario.name, difference.verdict, pairs, detail, difference, control
+            )
+        )
+    return claims
 
 
-def _compared(study: Study, scenario: Scenario, comparison: Comparison, runs: pl.DataFrame) -> Claim:
-    measure = MEASURES[comparison.measure]
-    # Each interval has its own stream, so that no claim's numbers depend on which others are tested.
-    entropy = [study.seed, scenario.number, zlib.crc32(comparison.id.encode())]
-    difference = compare(runs, comparison.base, comparison.candidate, measure, np.random.default_rng([*entropy, 0]))
-    control = compare(runs, comparison.control, comparison.candidate, measure, np.random.default_rng([*entropy, 1]))
-    return Claim(
-        comparison.id,
-        comparison.claim,
-        scenario.name,
-        difference.verdict,
-        difference,
-        control,
-        difference.n_pairs,
-        f"{comparison.candidate} against {comparison.base}; control {comparison.control}",
-    )
-
-
-def _processor_time(study: Study, tables: Tables) -> Claim:
-    """C8: the T-version takes at most 1.5 times the base's processor time per run and agent, in every scenario."""
+def _processor_time(scenarios: list[Scenario], tables: StudyTables) -> Claim:
+    """C8: in every scenario the T-version takes at most 1.5 times the base's processor time per environment step."""
     key = ["scenario", "variant", "instance", "run"]
-    diverged = tables.runs.filter("diverged").select(key).unique()  # they stop early, which is not speed
-    finite = tables.times.join(diverged, on=key, how="anti")
-    parts, worst, runs = [], 0.0, 0
-    for scenario in study.scenarios:
-        family = scenario.family
-        names = [v.name for v in scenario.variants if v.name.startswith(f"{family.t_version}-")]
-        times = finite.filter(scenario=scenario.name).filter(pl.col("variant").is_in([family.base, *names]))
-        means = times.group_by("variant").agg((pl.col("seconds", "tensor_step_seconds") / pl.col("agents")).mean())
-        seconds = {variant: (whole, step) for variant, whole, step in means.iter_rows()}
-        ratios = [seconds[name][0] / seconds[family.base][0] for name in names]
-        shares = [seconds[name][1] / seconds[name][0] for name in names]
-        worst, runs = max(worst, *ratios), runs + times.height
-        parts.append(f"{scenario.title} {_span(ratios, '.2g')}, the step's share {_span(shares, '.0%')}")
-    return Claim(
-        "C8",
-        "the tensor step does not imply a big computational load",
-        "all",
-        "holds" if worst <= MOST_TIME else "does not hold",
-        _NOTHING,
-        _NOTHING,
-        runs,
-        f"processor time per run and agent, over the base's: {'; '.join(parts)}; allowed {MOST_TIME:g}",
+    played = tables.runs.group_by(key).agg(pl.col("steps").sum(), pl.col("diverged").any())
+    # Runs that diverged stop early, and are left out.
+    finite = tables.times.join(played.filter(~pl.col("diverged")), on=key)
+    sums = finite.group_by("scenario", "variant").agg(
+        pl.col("seconds").sum() / pl.col("steps").sum(),
+        pl.col("tensor_step_seconds").sum() / pl.col("seconds").sum(),
+        pl.len(),
     )
+    known = {(scenario, variant): numbers for scenario, variant, *numbers in sums.iter_rows()}
+    parts, worst, runs, is_complete = [], 0.0, 0, True
+    for scenario in scenarios:
+        t_version = f"{scenario.algorithm.t_version}-"
+        of_t = [v.name for v in scenario.variants if v.name.startswith(t_version)]
+        base, *others = (known.get((scenario.name, name)) for name in (scenario.algorithm.base, *of_t))
+        versions = [numbers for numbers in others if numbers]
+        if base is None or not versions:  # every run of it diverged
+            parts.append(f"{scenario.title} no run left")
+            is_complete = False
+            continue
+        ratios, shares = [seconds / base[0] for seconds, *_ in versions], [share for _, share, _ in versions]
+        worst, runs = max(worst, *ratios), runs + sum(n for *_, n in (base, *versions))
+        parts.append(f"{scenario.title} {_span(ratios, '.2g')}, the step's share {_span(shares, '.0%')}")
+    verdict = "does not hold" if worst > MOST_TIME else "holds" if is_complete else "not decided"
+    detail = f"processor time per environment step, over the base's: {'; '.join(parts)}; allowed {MOST_TIME:g}"
+    claim = "the tensor step does not imply a big computational load"
+    return Claim("C8", claim, "all", verdict, runs, detail, ratio=worst or math.nan)
 
 
 def _span(values: list[float], form: str) -> str:
@@ -122,17 +124,5 @@ def _weights_in_range(weights: pl.DataFrame) -> Claim:
     if not weights.is_empty():
         values = weights["weight"].to_numpy()
         span = f"from {values.min():.3g} to {values.max():.3g}"
-    return Claim(
-        "C9",
-        "omega is in [0, 1] and alpha times omega in (0, 1]",
-        "all",
-        verdict,
-        _NOTHING,
-        _NOTHING,
-        runs,
-        f"{weights.height:,} weights, {span}; {outside:,} outside (0, 1]",
-    )
-
-
-def _number(value: float) -> float | None:
-    return None if math.isnan(value) else value
+    detail = f"{weights.height:,} weights, {span}; {outside:,} outside (0, 1]"
+    return Claim("C9", "omega is in [0, 1] and alpha times omega in (0, 1]", "all", verdict, runs, detail)

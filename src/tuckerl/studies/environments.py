@@ -1,4 +1,4 @@
-"""Environments by name, as commands are given them: made, told apart from others of the same name, and listed."""
+"""Environments by name, as commands are given them: made, identified, and listed."""
 
 import hashlib
 import re
@@ -17,7 +17,7 @@ from gymnasium import spaces
 
 from tuckerl.adapters.making import Made, make_environment
 from tuckerl.adapters.python_problem import PythonProblem
-from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
+from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment, as_problem
 from tuckerl.environments import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
 from tuckerl.errors import ProblemError, SpaceError
 
@@ -25,6 +25,11 @@ from tuckerl.errors import ProblemError, SpaceError
 def maker(instance: int, name: str, keywords: Mapping[str, Any]) -> Callable[[], Made]:
     """Return what makes the environment: the problem of every instance, which other processes can be sent."""
     return partial(make_environment, name, keywords)
+
+
+def environment_of(name: str, keywords: Mapping[str, Any]) -> Environment:
+    """Return an id, from which files can make the environment again; with keywords, what makes it."""
+    return maker(0, name, dict(keywords)) if keywords else name
 
 
 _BINS = (
@@ -67,7 +72,7 @@ def environment_specification(name: str, keywords: Mapping[str, Any]) -> dict[st
     return {"id": name, "keywords": dict(keywords), "sources": sources, "versions": versions}
 
 
-class Listed(NamedTuple):
+class ListedEnvironment(NamedTuple):
     """An environment and how it is played."""
 
     name: str
@@ -79,10 +84,10 @@ _BINNED = f"{PythonProblem.how_played}, its observations put into bins"
 _TEAM = "{}, for a team (team-q, team-tq); {}, where each agent learns by itself"
 
 
-def listed_environments() -> list[Listed]:
+def listed_environments() -> list[ListedEnvironment]:
     """Return this library's environments, and those of Gymnasium that can be played with what is installed."""
-    own = [Listed(name, as_problem(name).how_played, _title(entry)) for name, entry in ENVIRONMENTS.items()]
-    teams = [Listed(name, _how_teams(name), _title(entry)) for name, entry in PARALLEL_ENVIRONMENTS.items()]
+    own = [ListedEnvironment(name, as_problem(name).how_played, _title(entry)) for name, entry in ENVIRONMENTS.items()]
+    teams = [ListedEnvironment(name, _how_teams(name), _title(entry)) for name, entry in PARALLEL_ENVIRONMENTS.items()]
     return [*own, *teams, *(one for name in _light_ids() if (one := _of_gymnasium(name)))]
 
 
@@ -106,7 +111,7 @@ def _light_ids() -> list[str]:
     return [spec.id for spec in ordered]
 
 
-def _of_gymnasium(name: str) -> Listed | None:
+def _of_gymnasium(name: str) -> ListedEnvironment | None:
     """Return how an environment is played; None where it cannot be made, or has continuous actions."""
     try:
         env: Any = make_environment(name)
@@ -116,10 +121,10 @@ def _of_gymnasium(name: str) -> Listed | None:
         if isinstance(env.action_space, spaces.Box):
             return None
         if isinstance(env.observation_space, spaces.Box):
-            return Listed(name, _BINNED, "Gymnasium")
+            return ListedEnvironment(name, _BINNED, "Gymnasium")
     finally:
         env.close()
-    return Listed(name, as_problem(name).how_played, "Gymnasium")
+    return ListedEnvironment(name, as_problem(name).how_played, "Gymnasium")
 
 
 def _title(entry: Mapping[str, object]) -> str:

@@ -1,41 +1,27 @@
-"""The experiments of the paper, by name. To add one, write its file and list it here."""
+"""What the paper's three scenarios have in common: readings of the paper, and what the ablations compare."""
 
-from tuckerl.checks import check_int, check_name
-from tuckerl.studies.cart_pole import CART_POLE
-from tuckerl.studies.dyna_maze import DYNA_MAZE
-from tuckerl.studies.robot_rescue import ROBOT_RESCUE
-from tuckerl.studies.study import Study
+from tuckerl.studies.assumptions import inferred, invented
+from tuckerl.studies.study import Alternative
 
-SCENARIOS = {scenario.name: scenario for scenario in (CART_POLE, DYNA_MAZE, ROBOT_RESCUE)}
+SHARED_ASSUMPTIONS = (
+    inferred("One pass of the paper's inner loop is one whole episode of one agent."),
+    inferred(
+        "The tables are factorised after every tenth episode, once all agents have finished it (Figure 7 prints it "
+        "inside the loop over agents: taken as a misprint)."
+    ),
+    invented(
+        "The decomposition is Tucker3 by alternating least squares, stopped when the fit changes by less than 1e-4, "
+        "started from the truncated HOSVD where the paper's toolbox starts at random."
+    ),
+    invented(
+        "Ranks above what a window allows are clipped; a window of zeros changes nothing; a run whose values are no "
+        "longer finite is marked diverged in that episode and left out of comparisons."
+    ),
+    invented("Ties between agents go to the lowest index; an action whose weight is 0 stays at 0."),
+    invented("Tables begin at zero. Nothing is bootstrapped from a terminal state, and all from a truncated one."),
+)
 
-QUICK_INSTANCES, QUICK_RUNS, QUICK_EPISODES = 2, 5, 50
+SHARES = ("max", "min", "best", "random", "mean", "consensus")
+"""The sharing rules that the ablations compare: a rule that is registered later adds nothing to them."""
 
-
-def paper_study(
-    scenario: str = "all", *, runs: int | None = None, episodes: int | None = None, seed: int = 0, quick: bool = False
-) -> Study:
-    """Return the paper's study of one scenario or of all.
-
-    Parameters
-    ----------
-    scenario : str
-        A scenario's name or ``"all"``.
-    runs, episodes : int, optional
-        Other numbers than the paper's.
-    seed : int
-    quick : bool
-        A small version of everything: few instances, runs and episodes.
-
-    Raises
-    ------
-    UnknownNameError, ParameterError, ParameterTypeError
-        If a scenario is unknown or a number impossible.
-    """
-    check_name("scenario", scenario, [*SCENARIOS, "all"])
-    chosen = tuple(SCENARIOS.values()) if scenario == "all" else (SCENARIOS[scenario],)
-    if quick:
-        chosen = tuple(
-            s.resized(min(s.n_instances, QUICK_INSTANCES), QUICK_RUNS, min(s.n_episodes, QUICK_EPISODES))
-            for s in chosen
-        )
-    return Study(tuple(s.resized(None, runs, episodes) for s in chosen), check_int("seed", seed, 0))
+TRUNCATED_HOSVD = Alternative("truncated HOSVD", step={"max_iterations": 0})

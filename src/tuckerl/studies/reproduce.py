@@ -6,7 +6,7 @@ from contextlib import closing
 from pathlib import Path
 
 from tuckerl.checks import check_int
-from tuckerl.studies.runner import Tables, all_tasks, play_tasks
+from tuckerl.studies.runner import StudyTables, all_tasks, play_tasks
 from tuckerl.studies.store import Store
 from tuckerl.studies.study import Study
 
@@ -19,7 +19,7 @@ Progress = Callable[[int, int], None]
 
 def run_study(
     study: Study, folder: Path, *, workers: int, overwrite: bool = False, progress: Progress | None = None
-) -> Tables:
+) -> StudyTables:
     """Play what is missing of a study in a folder and return all its tables.
 
     An interrupt keeps every finished task: calling again goes on from there.
@@ -32,7 +32,7 @@ def run_study(
     workers = check_int("workers", workers, 1)
     store = Store(folder, study, overwrite=overwrite)
     tasks, finished = all_tasks(study), store.finished()
-    waiting: list[Tables] = []
+    waiting: list[StudyTables] = []
     due = time.monotonic() + SECONDS_BETWEEN_WRITES
     report = progress or (lambda done, total: None)
     report(len(finished), len(tasks))

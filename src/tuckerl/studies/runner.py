@@ -35,8 +35,8 @@ class Task(NamedTuple):
     run: int
 
 
-class Tables(NamedTuple):
-    """What tasks leave behind, one frame for each kind of fact (columns in `SCHEMAS`)."""
+class StudyTables(NamedTuple):
+    """The tables that tasks produce, one for each kind of fact (columns in `SCHEMAS`)."""
 
     runs: pl.DataFrame  # steps and return of every episode; null from the one on in which a run diverged
     weights: pl.DataFrame  # what the tensor step decided after every window
@@ -67,7 +67,7 @@ def all_tasks(study: Study) -> list[Task]:
     ]
 
 
-def play_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[tuple[Task, Tables], None, None]:
+def play_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[tuple[Task, StudyTables], None, None]:
     """Play the tasks and yield each one's tables as it ends, in any order.
 
     Kernels are compiled here first, so that workers find them ready.
@@ -104,11 +104,11 @@ def _interrupts_ignored() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def play_task(study: Study, task: Task) -> Tables:
+def play_task(study: Study, task: Task) -> StudyTables:
     """Play one run of one instance with every variant."""
     scenario = study.scenarios[task.scenario]
     played = [_play_variant(study, scenario, variant, task) for variant in scenario.variants]
-    return Tables(*(pl.concat(frames) for frames in zip(*played, strict=True)))
+    return StudyTables(*(pl.concat(frames) for frames in zip(*played, strict=True)))
 
 
 _study: Study | None = None  # of this worker process
@@ -121,7 +121,7 @@ def _start_worker(study: Study) -> None:
     _warm_up(study)  # or the first variant of the first task would pay for loading the kernels
 
 
-def _work(task: Task) -> Tables:
+def _work(task: Task) -> StudyTables:
     if _study is None:
         raise RuntimeError("a worker was asked to work before it was started")
     return play_task(_study, task)
@@ -158,14 +158,14 @@ def _environment(scenario: Scenario, variant: Variant, instance: int) -> Environ
 def _resolved(make: Callable[[int], Environment], instance: int, options: AdapterOptions) -> Environment:
     """Return the arrays or compiled functions, which all learners of a process share; or else the environment.
 
-    What is stepped in Python has a state of its own, so each learner makes one for itself.
+    An environment in Python has a state of its own, so each learner makes one for itself.
     """
     env = make(instance)
     problem = as_problem(env, options)
     return problem if problem.is_compiled else env
 
 
-def _play_variant(study: Study, scenario: Scenario, variant: Variant, task: Task) -> Tables:
+def _play_variant(study: Study, scenario: Scenario, variant: Variant, task: Task) -> StudyTables:
     is_recorded = variant.name in scenario.record_paths_of and (task.instance, task.run) == (0, 0)
     paths: list[IntArray] = []
     environment = _environment(scenario, variant, task.instance)
@@ -178,7 +178,7 @@ def _play_variant(study: Study, scenario: Scenario, variant: Variant, task: Task
             learner.learn(episodes=scenario.n_episodes)
     seconds = time.thread_time() - before
     key = {"scenario": scenario.name, "variant": variant.name, "instance": task.instance, "run": task.run}
-    return Tables(
+    return StudyTables(
         _runs_frame(key, learner, scenario.n_episodes),
         _weights_frame(key, learner),
         _paths_frame(key, paths),

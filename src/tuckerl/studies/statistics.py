@@ -2,50 +2,53 @@
 
 A *pair* is what two variants did from the same seed; its value for each variant is a mean over agents. The difference
 is counted in the claim's favour and, if it is relative, divided by the base's mean; its 95 % interval is the
-bias-corrected and accelerated bootstrap over pairs (Efron 1987; ``scipy.stats.bootstrap``).
+bias-corrected and accelerated bootstrap over pairs.
 """
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 import polars as pl
 from scipy import stats
 
+from tuckerl.intervals import CONFIDENCE, bca_interval
+from tuckerl.studies.study import Comparison
 from tuckerl.types import FloatArray
-
-CONFIDENCE = 0.95
-N_RESAMPLES = 9999
 
 
 class Measure(NamedTuple):
-    """What a claim compares."""
+    """A quantity to compare: a number for each pair, made of the episodes of each agent in it."""
 
-    pair: tuple[str, ...]  # the columns that make a pair
+    column: str  # "steps" or "return": what curves show
     value: pl.Expr  # of one agent in one pair, from the rows of its episodes
     larger_is_better: bool
+    text: str  # what it is
+    pair: tuple[str, ...] = ("run",)  # the columns that make a pair
 
+
+_STEPS, _RETURN = pl.col("steps"), pl.col("return")
+_IS_LAST_TENTH = 10 * (pl.col("episode") + 1) > 9 * (pl.col("episode").max() + 1)
 
 MEASURES = {
     # Steps summed over instances and episodes: what Figure 11 shows at its right end.
-    "cost": Measure(("run",), pl.col("steps").sum(), larger_is_better=False),
+    "cost": Measure("steps", _STEPS.sum(), False, "number of steps"),
     # The same where it is the time that the pole stays up: what Figure 9 shows.
-    "balance": Measure(("run",), pl.col("steps").sum(), larger_is_better=True),
+    "balance": Measure("steps", _STEPS.sum(), True, "number of steps"),
     # The length of the agent's shortest episode: what Figure 10 shows.
-    "path": Measure(("instance", "run"), pl.col("steps").min(), larger_is_better=False),
+    "path": Measure("steps", _STEPS.min(), False, "shortest episode", ("instance", "run")),
     # Means over episodes, for problems of which nothing is known: of all, and of the last tenth (rounded up).
-    "return": Measure(("run",), pl.col("return").mean(), larger_is_better=True),
-    "steps": Measure(("run",), pl.col("steps").mean(), larger_is_better=False),
+    "return": Measure("return", _RETURN.mean(), True, "mean return of an episode"),
+    "steps": Measure("steps", _STEPS.mean(), False, "mean number of steps of an episode"),
     "final": Measure(
-        ("run",),
-        pl.col("return").filter(10 * (pl.col("episode") + 1) > 9 * (pl.col("episode").max() + 1)).mean(),
-        larger_is_better=True,
+        "return", _RETURN.filter(_IS_LAST_TENTH).mean(), True, "mean return of an episode, over the last tenth of them"
     ),
 }
 
 
 class Difference(NamedTuple):
-    """A paired difference in the candidate's favour; NaN where it cannot be told."""
+    """A paired difference in the candidate's favour; NaN where it is not known."""
 
     mean: float
     low: float
@@ -62,6 +65,14 @@ class Difference(NamedTuple):
         return "does not hold" if self.high < 0 else "not decided"
 
 
+NO_DIFFERENCE = Difference(math.nan, math.nan, math.nan, 0, 0)
+
+
+def json_number(value: float) -> float | None:
+    """Return a number as JSON has it, None for NaN."""
+    return None if math.isnan(value) else value
+
+
 def pair_values(runs: pl.DataFrame, variant: str, measure: Measure) -> pl.DataFrame:
     """Return one row for each pair of a variant: its columns, `value` and `diverged`."""
     pair = list(measure.pair)
@@ -71,19 +82,40 @@ def pair_values(runs: pl.DataFrame, variant: str, measure: Measure) -> pl.DataFr
     return agents.group_by(pair).agg(pl.col("value").mean(), pl.col("diverged").any()).sort(pair)
 
 
-def has_one_sign(values: FloatArray) -> bool:
-    """Return whether all are above 0 or all below: then no resample of them has the mean 0, to be divided by."""
-    return bool((values > 0).all() or (values < 0).all())
+def finite_values(runs: pl.DataFrame, variant: str, measure: Measure) -> FloatArray:
+    """Return the values of a variant's pairs in which nothing diverged."""
+    return pair_values(runs, variant, measure).filter(~pl.col("diverged"))["value"].to_numpy()
+
+
+def are_relative(runs: pl.DataFrame, variants: Iterable[str], measure: Measure) -> bool:
+    """Return whether differences to all of these variants can be divided by their means.
+
+    The values of each must be all above 0 or all below: then no resample of them has the mean 0. All differences that
+    stand side by side are in the same unit.
+    """
+    samples = [finite_values(runs, variant, measure) for variant in variants]
+    return all(bool((values > 0).all() or (values < 0).all()) for values in samples)
+
+
+def compare_with_control(
+    runs: pl.DataFrame, comparison: Comparison, entropy: list[int]
+) -> tuple[Difference, Difference]:
+    """Return by how much the candidate does better than the base and than the control, on the runs of one scenario.
+
+    `entropy` seeds the intervals, each with a stream of its own. Without a control there is nothing for the second.
+    """
+    measure, candidate = MEASURES[comparison.measure], comparison.candidate
+    others = [name for name in (comparison.base, comparison.control) if name]
+    relative = are_relative(runs, others, measure)
+    difference, *control = (
+        compare(runs, other, candidate, measure, np.random.default_rng([*entropy, stream]), relative=relative)
+        for stream, other in enumerate(others)
+    )
+    return difference, control[0] if control else NO_DIFFERENCE._replace(relative=relative)
 
 
 def compare(
-    runs: pl.DataFrame,
-    base: str,
-    candidate: str,
-    measure: Measure,
-    rng: np.random.Generator,
-    *,
-    relative: bool = True,
+    runs: pl.DataFrame, base: str, candidate: str, measure: Measure, rng: np.random.Generator, *, relative: bool = True
 ) -> Difference:
     """Return by how much `candidate` does better than `base` on the runs of one scenario."""
     pair = list(measure.pair)
@@ -116,24 +148,11 @@ def paired_difference(
         return difference / np.abs(base.mean(axis=axis)) if relative else difference
 
     mean = float(in_favour(base, candidate))
-    if n_pairs < 2:
-        return Difference(mean, math.nan, math.nan, n_pairs, n_diverged, relative)
     ratios = (candidate - base) / base if relative and base.all() else candidate - base
-    if np.ptp(ratios) == 0:  # every resample gives the same number, for which BCa is not defined
+    if n_pairs > 1 and np.ptp(ratios) == 0:  # every resample gives the same number, for which BCa is not defined
         return Difference(mean, mean, mean, n_pairs, n_diverged, relative)
-    result = stats.bootstrap(
-        (base, candidate),
-        in_favour,
-        n_resamples=N_RESAMPLES,
-        confidence_level=CONFIDENCE,
-        method="BCa",
-        paired=True,
-        vectorized=True,
-        batch=1000,
-        rng=rng,
-    )
-    interval = result.confidence_interval
-    return Difference(mean, float(interval.low), float(interval.high), n_pairs, n_diverged, relative)
+    low, high = bca_interval((base, candidate), in_favour, rng)
+    return Difference(mean, low, high, n_pairs, n_diverged, relative)
 
 
 class Band(NamedTuple):

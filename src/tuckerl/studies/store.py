@@ -1,4 +1,4 @@
-"""A folder of results: what was asked for, and the tables of all tasks that are finished.
+"""A folder of results: the specification of a study, and the tables of all its tasks that are finished.
 
 ``study.json`` says which study the folder holds; ``runs.parquet`` and its sisters hold the finished tasks. Each file is
 written whole or not at all, ``runs.parquet`` last: a task is finished when it stands there, so a kill at any moment
@@ -18,8 +18,8 @@ import polars as pl
 import tuckerl
 from tuckerl._version import __version__
 from tuckerl.errors import OutputConflictError, OutputError, SavedFileError, TuckerlError
-from tuckerl.files import write_whole
-from tuckerl.studies.runner import SCHEMAS, Tables, Task
+from tuckerl.files import make_folder, write_whole
+from tuckerl.studies.runner import SCHEMAS, StudyTables, Task
 from tuckerl.studies.study import Study
 
 _FORMAT = 1
@@ -50,12 +50,7 @@ class Store:
         self.folder, self.study = folder, study
         self._specification = _specification(study)
         self._tables = _empty_tables()
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(
-                f"cannot make the folder {folder}: {error.strerror}; choose another with --out"
-            ) from error
+        make_folder(folder)
         try:
             self._open(overwrite)
         except OSError as error:
@@ -83,9 +78,9 @@ class Store:
         write_whole(folder / "study.json", json.dumps(self._specification, indent=1).encode())
 
     @property
-    def tables(self) -> Tables:
+    def tables(self) -> StudyTables:
         """All finished tasks' tables, in the order of the study whatever the order in which they ended."""
-        return Tables(*(self._sorted(frame) for frame in self._tables))
+        return StudyTables(*(self._sorted(frame) for frame in self._tables))
 
     def finished(self) -> set[Task]:
         """Return the finished tasks."""
@@ -93,9 +88,9 @@ class Store:
         keys = self._tables.runs.select("scenario", "instance", "run").unique()
         return {Task(places[name], instance, run) for name, instance, run in keys.iter_rows()}
 
-    def add(self, tables: list[Tables]) -> None:
+    def add(self, tables: list[StudyTables]) -> None:
         """Add the tables of finished tasks and write all to the folder."""
-        self._tables = Tables(*(pl.concat(frames) for frames in zip(self._tables, *tables, strict=True)))
+        self._tables = StudyTables(*(pl.concat(frames) for frames in zip(self._tables, *tables, strict=True)))
         paths, ordered = self._paths(), self.tables._asdict()
         for name in _WRITE_ORDER:
             buffer = io.BytesIO()
@@ -117,7 +112,7 @@ class Store:
             return "its study.json cannot be read"
         return next(differences(there, self._specification, ""), None)
 
-    def _read(self) -> Tables:
+    def _read(self) -> StudyTables:
         frames: dict[str, pl.DataFrame] = {}
         for name, path in self._paths().items():
             if not path.exists():
@@ -131,7 +126,7 @@ class Store:
         # A kill between two files can leave tasks in the others that are not in runs.parquet; they are played again.
         key = ["scenario", "variant", "instance", "run"]
         finished = frames["runs"].select(key).unique()
-        return Tables(**{name: frame.join(finished, on=key, how="semi") for name, frame in frames.items()})
+        return StudyTables(**{name: frame.join(finished, on=key, how="semi") for name, frame in frames.items()})
 
     def _sorted(self, frame: pl.DataFrame) -> pl.DataFrame:
         order = [(s.name, v.name) for s in self.study.scenarios for v in s.variants]
@@ -143,8 +138,8 @@ class Store:
         return frame.join(places, on=["scenario", "variant"], how="left").sort("place", *within).drop("place")
 
 
-def _empty_tables() -> Tables:
-    return Tables(**{name: pl.DataFrame(schema=schema) for name, schema in SCHEMAS.items()})
+def _empty_tables() -> StudyTables:
+    return StudyTables(**{name: pl.DataFrame(schema=schema) for name, schema in SCHEMAS.items()})
 
 
 def _specification(study: Study) -> dict[str, Any]:

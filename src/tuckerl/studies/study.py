@@ -1,14 +1,15 @@
 """A study as data: which variants of an algorithm play which scenarios, how often, from which seed.
 
-A *scenario* has a problem for each of its *instances* (the maze's number), a list of *variants* and the claims that are
-tested on it. A run is a pure function of the study and its (scenario, variant, instance, run), so nothing else, the
-number of workers least of all, can change a result.
+A *scenario* has a problem for each of its *instances* (the maze's number), a list of *variants*, and what is made of
+their runs: the claims that are tested, the ablation, the other readings, the figures. A run is a pure function of the
+study and its (scenario, variant, instance, run), so nothing else, the number of workers least of all, can change a
+result.
 """
 
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -18,12 +19,16 @@ from tuckerl.errors import UnknownNameError
 from tuckerl.generalization.sharing import SHARING_RULES
 from tuckerl.generalization.step import TensorStep
 from tuckerl.generalization.weights import WEIGHTINGS
+from tuckerl.studies.assumptions import Assumption
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.training.learner import Learner
+
+FigureTextType = TypeVar("FigureTextType", bound=FigureText)
 
 
 @dataclass(frozen=True)
 class AlgorithmConfig:
-    """An algorithm of the paper and its T-version: what all variants of a scenario have in common."""
+    """The base algorithm of a scenario, its T-version, and the parameters that all its variants share."""
 
     base: str  # as on the command line: "dyna-h"
     t_version: str  # "dyna-ht"
@@ -35,7 +40,7 @@ class AlgorithmConfig:
 
 @dataclass(frozen=True)
 class Variant:
-    """One learner of a study."""
+    """A learner of a study: its class, its parameters and its number of agents."""
 
     name: str
     learner: type[Learner]
@@ -58,8 +63,8 @@ class Variant:
         }
 
 
-def variant(family: AlgorithmConfig, name: str) -> Variant:
-    """Return the variant of a family that `name` stands for.
+def variant(algorithm: AlgorithmConfig, name: str) -> Variant:
+    """Return the variant of an algorithm that `name` stands for.
 
     ``<base>``; ``<t-version>-<n>`` for n agents with the paper's share and ``<t-version>-<n>-<share>`` with another;
     ``<weights>-<n>`` for other weights without sharing and ``<weights>-<n>-<share>`` with it.
@@ -69,20 +74,25 @@ def variant(family: AlgorithmConfig, name: str) -> Variant:
     UnknownNameError
         If `name` follows none of these.
     """
-    if name == family.base:
-        return Variant(name, family.learner, family.parameters, 1, None)
+    if name == algorithm.base:
+        return Variant(name, algorithm.learner, algorithm.parameters, 1, None)
     match = re.fullmatch(r"(?P<kind>.+?)-(?P<n>[1-9]\d*)(?:-(?P<share>[a-z]+))?", name)
     kind = match["kind"] if match else ""
-    if match is None or kind not in (family.t_version, *WEIGHTINGS) or match["share"] not in (None, *SHARING_RULES):
+    if match is None or kind not in (algorithm.t_version, *WEIGHTINGS) or match["share"] not in (None, *SHARING_RULES):
         raise UnknownNameError(
-            f"unknown variant {name!r}: expected {family.base}, {family.t_version}-<agents>[-<share>] or "
+            f"unknown variant {name!r}: expected {algorithm.base}, {algorithm.t_version}-<agents>[-<share>] or "
             f"<weights>-<agents>[-<share>] with weights {', '.join(WEIGHTINGS)} and share {', '.join(SHARING_RULES)}"
         )
-    if kind == family.t_version:
-        step = replace(family.step, share=match["share"] or family.step.share)
+    if kind == algorithm.t_version:
+        step = replace(algorithm.step, share=match["share"] or algorithm.step.share)
     else:
-        step = replace(family.step, weights=kind, share=match["share"] or "none")
-    return Variant(name, family.learner, family.parameters, int(match["n"]), step)
+        step = replace(algorithm.step, weights=kind, share=match["share"] or "none")
+    return Variant(name, algorithm.learner, algorithm.parameters, int(match["n"]), step)
+
+
+def variants(algorithm: AlgorithmConfig, *names: str) -> tuple[Variant, ...]:
+    """Return the variants of an algorithm that the names stand for, each once."""
+    return tuple(variant(algorithm, name) for name in dict.fromkeys(names))
 
 
 @dataclass(frozen=True)
@@ -92,64 +102,49 @@ class Comparison:
     id: str
     claim: str
     measure: str  # a name in statistics.MEASURES
-    base: str
+    base: str  # the names of variants
     candidate: str
-    control: str
+    control: str  # "" for none
 
 
-class Assumption(NamedTuple):
-    """What the paper leaves open and how this study reads it."""
+@dataclass(frozen=True)
+class Alternative:
+    """Another reading of what a scenario's source leaves open: one thing changed."""
 
-    mark: str  # INVENTED, INFERRED or OVERRULED
-    text: str
-
-
-INVENTED, INFERRED, OVERRULED = "D", "I", "P!"
-"""Ours; inferred from the paper; printed in the paper and overruled by a public source behind the scenario."""
-
-SHARED_ASSUMPTIONS = (
-    Assumption(INFERRED, "One pass of the paper's inner loop is one whole episode of one agent."),
-    Assumption(
-        INFERRED,
-        "The tables are factorised after every tenth episode, once all agents have finished it (Figure 7 prints it "
-        "inside "
-        "the loop over agents: taken as a misprint).",
-    ),
-    Assumption(
-        INVENTED,
-        "The decomposition is Tucker3 by alternating least squares, stopped when the fit changes by less than 1e-4, "
-        "started "
-        "from the truncated HOSVD where the paper's toolbox starts at random.",
-    ),
-    Assumption(
-        INVENTED,
-        "Ranks above what a window allows are clipped; a window of zeros changes nothing; a run that leaves the finite "
-        "numbers is marked diverged in that episode and left out of comparisons.",
-    ),
-    Assumption(INVENTED, "Ties between agents go to the lowest index; an action whose weight is 0 stays at 0."),
-    Assumption(
-        INVENTED, "Tables begin at zero. Nothing is bootstrapped from a terminal state, and all from a truncated one."
-    ),
-)
+    label: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)  # of the learner
+    step: Mapping[str, Any] = field(default_factory=dict)  # of the tensor step
+    problem: Callable[[int], Environment] | None = None  # None: the scenario's own; so for the comparisons
+    comparisons: tuple[Comparison, ...] | None = None
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """A problem, or several, and what is compared on it."""
+    """A problem, or several, what is compared on it, and how the results are shown.
 
-    name: str
+    To add one, write a file with a `Scenario` in it and list it in :data:`tuckerl.studies.scenarios.SCENARIOS`.
+    """
+
+    name: str  # as on the command line
     title: str
-    number: int  # its place in the seeds
+    description: str  # one line for ``tuckerl list scenarios``
+    number: int  # its place in the seeds; 0 to 3 are taken by the paper and ``tuckerl compare``
     problem: Callable[[int], Environment]  # from an instance's number
     n_instances: int
     n_runs: int
     n_episodes: int
+    algorithm: AlgorithmConfig
     variants: tuple[Variant, ...]
-    comparisons: tuple[Comparison, ...]
-    record_paths_of: tuple[str, ...]  # variants whose best paths in run 0 of instance 0 are kept
-    family: AlgorithmConfig
-    measure: str  # what its figure shows: a name in statistics.MEASURES
-    assumptions: tuple[Assumption, ...]
+    measure: str  # what curves and ablation show: a name in statistics.MEASURES
+    comparisons: tuple[Comparison, ...] = ()
+    assumptions: tuple[Assumption, ...] = ()
+    record_paths_of: tuple[str, ...] = ()  # variants whose best paths in run 0 of instance 0 are kept
+    shares: tuple[str, ...] = ()  # the sharing rules of the ablation; none leaves several agents out of it
+    alternatives: tuple[Alternative, ...] = ()  # to its readings, for ``--sensitivity``
+    n_alternative_runs: int = 20  # of each alternative, at most
+    figures: tuple[FigureText, ...] = ()  # what its figures say; those that it says nothing of are worded by default
+    instance: str = "instance"  # what one is called
+    is_of_paper: bool = False  # whether the paper's claims about all of its scenarios are judged on it
     environment: Mapping[str, Any] = field(default_factory=dict)  # as JSON, where the scenario's name does not tell it
 
     def specification(self) -> dict[str, Any]:
@@ -161,6 +156,10 @@ class Scenario:
             "episodes": self.n_episodes,
             "variants": {variant.name: variant.specification() for variant in self.variants},
         }
+
+    def text_of(self, default: FigureTextType) -> FigureTextType:
+        """Return what the scenario says of a figure of the default's kind, or else the default."""
+        return next((text for text in self.figures if isinstance(text, type(default))), default)
 
     def resized(
         self, n_instances: int | None = None, n_runs: int | None = None, n_episodes: int | None = None

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from tuckerl.studies.claims import Claim, test_claims
-from tuckerl.studies.runner import Tables
-from tuckerl.studies.statistics import MEASURES, Band, mean_band
+from tuckerl.studies.claims import Claim, judge_claims
+from tuckerl.studies.runner import StudyTables
+from tuckerl.studies.statistics import MEASURES, Band, Measure, mean_band
 from tuckerl.studies.study import Scenario, Study
 from tuckerl.types import FloatArray, IntArray
 
@@ -17,7 +17,7 @@ class Curve(NamedTuple):
     """A variant's course over the episodes."""
 
     variant: str
-    band: Band  # (E,) of the measure: cumulative in the paper's figures
+    band: Band  # (E,) of what is measured: cumulative in the figures of scenarios
     against_base: Band  # (E,) this variant minus the first one, paired over the runs that neither left early
     n_runs: int
     n_diverged: int
@@ -45,45 +45,50 @@ class Summary(NamedTuple):
     curves: tuple[Curve, ...]
     weights: tuple[WeightCourse, ...]
     paths: tuple[Path, ...]
-    best_episodes: dict[str, float]  # by variant: steps of an agent's shortest (or longest: `measure`), mean over all
+    best_episodes: dict[str, float]  # by variant: what is measured in an agent's best episode, mean over all
     seconds: dict[str, float]  # by variant: mean processor time of a run and agent
 
+    @property
+    def measure(self) -> Measure:
+        """What is measured."""
+        return MEASURES[self.scenario.measure]
 
-def summarise(study: Study, tables: Tables) -> tuple[list[Claim], list[Summary]]:
+
+def summarise(study: Study, tables: StudyTables) -> tuple[list[Claim], list[Summary]]:
     """Return the claims' verdicts and a summary of each scenario."""
-    claims = test_claims(study, tables)
+    claims = judge_claims(study, tables)
     return claims, [_summary(scenario, tables) for scenario in study.scenarios]
 
 
-def _summary(scenario: Scenario, tables: Tables) -> Summary:
+def _summary(scenario: Scenario, tables: StudyTables) -> Summary:
     runs, weights, paths, times = (frame.filter(pl.col("scenario") == scenario.name) for frame in tables)
     names = [variant.name for variant in scenario.variants]
-    longer_is_better = MEASURES[scenario.measure].larger_is_better
-    best = pl.col("steps").max() if longer_is_better else pl.col("steps").min()
+    measure = MEASURES[scenario.measure]
+    measured = pl.col(measure.column)
+    best = measured.max() if measure.larger_is_better else measured.min()
     best_episodes = runs.group_by("variant", "instance", "run", "agent").agg(best).group_by("variant")
-    seconds = times.group_by("variant").agg((pl.col("seconds") / pl.col("agents")).mean())
     courses = (_weight_course(name, weights.filter(pl.col("variant") == name)) for name in names)
     return Summary(
         scenario,
-        _curves(scenario, runs),
+        paired_curves({name: _cumulated(runs.filter(pl.col("variant") == name), measure.column) for name in names}),
         tuple(course for course in courses if course is not None),
         tuple(_path(name, paths.filter(pl.col("variant") == name)) for name in scenario.record_paths_of),
-        dict(best_episodes.agg(pl.col("steps").mean()).iter_rows()),
-        dict(seconds.iter_rows()),
+        dict(best_episodes.agg(measured.mean().fill_null(np.nan)).iter_rows()),
+        mean_seconds(times),
     )
 
 
+def mean_seconds(times: pl.DataFrame) -> dict[str, float]:
+    """Return the mean processor time of a run and agent, by variant."""
+    return dict(times.group_by("variant").agg((pl.col("seconds") / pl.col("agents")).mean()).iter_rows())
+
+
 class Samples(NamedTuple):
-    """What one variant did in each run."""
+    """A variant's series of numbers in each run."""
 
     runs: IntArray  # (n,) those in which nothing diverged
     values: FloatArray  # (n, E)
     n_diverged: int
-
-
-def _curves(scenario: Scenario, runs: pl.DataFrame) -> tuple[Curve, ...]:
-    names = [variant.name for variant in scenario.variants]
-    return paired_curves({name: _cumulated(runs.filter(pl.col("variant") == name)) for name in names})
 
 
 def paired_curves(samples: Mapping[str, Samples]) -> tuple[Curve, ...]:
@@ -104,18 +109,18 @@ def finite_runs(runs: pl.DataFrame) -> tuple[pl.DataFrame, pl.Series, int]:
     return runs.filter(pl.col("run").is_in(kept.implode())), kept, by_run.height - kept.len()
 
 
-def _cumulated(runs: pl.DataFrame) -> Samples:
-    """Return the steps cumulated over episodes: agents averaged, summed over instances."""
+def _cumulated(runs: pl.DataFrame, column: str) -> Samples:
+    """Return the steps or returns cumulated over episodes: agents averaged, summed over instances."""
     finite, kept, n_diverged = finite_runs(runs)
     cells = (
         finite.group_by("instance", "run", "episode")
-        .agg(pl.col("steps").mean())
+        .agg(pl.col(column).mean())
         .group_by("run", "episode")
-        .agg(pl.col("steps").sum())
+        .agg(pl.col(column).sum())
         .sort("run", "episode")
     )
     n_episodes = int(runs["episode"].max() or 0) + 1  # type: ignore[arg-type]  # an integer column
-    values = cells["steps"].to_numpy().reshape(-1, n_episodes).cumsum(axis=1)
+    values = cells[column].to_numpy().reshape(-1, n_episodes).cumsum(axis=1)
     return Samples(kept.to_numpy(), values, n_diverged)
 
 

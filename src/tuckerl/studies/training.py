@@ -1,8 +1,8 @@
-"""One learner trained into a folder: the work behind ``tuckerl train``.
+"""Training one learner into a folder: the work behind ``tuckerl train``.
 
-``run.json`` says what was asked for, ``agent.tuckerl`` is the learner as it was saved last, ``history.parquet`` holds
-the steps and returns of its episodes. A folder whose learner is not finished is gone on with, to the same bits as if
-it had never stopped.
+``run.json`` holds the configuration, ``agent.tuckerl`` the learner as it was saved last, ``history.parquet`` the steps
+and returns of its episodes. If the learner in a folder is not finished, its training goes on, to the same bits as if it
+had never stopped.
 """
 
 import io
@@ -20,11 +20,12 @@ from tuckerl.adapters.kinds import PROBLEM_KINDS
 from tuckerl.adapters.making import make_environment
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
-from tuckerl.errors import EnvironmentFaultError, OutputConflictError, OutputError, ParameterError, UnknownNameError
-from tuckerl.files import write_whole
+from tuckerl.errors import EnvironmentFaultError, OutputConflictError, ParameterError, UnknownNameError
+from tuckerl.files import make_folder, write_whole
 from tuckerl.learners.loading import load
+from tuckerl.studies.environments import environment_of
 from tuckerl.studies.store import differences
-from tuckerl.studies.training_config import TrainingConfig, asked, checked, environment_of, made
+from tuckerl.studies.training_config import TrainingConfig, build_learner
 from tuckerl.training.callbacks.base import Callback
 from tuckerl.training.evaluation import Evaluation
 from tuckerl.training.learner import Learner
@@ -33,12 +34,12 @@ from tuckerl.training.schedules import as_json
 AGENT, HISTORY, RUN = "agent.tuckerl", "history.parquet", "run.json"
 
 _DECIDES = ("format", "algorithm", "environment", "settings", "quantile_bins", "agents", "seed")
-"""What of ``run.json`` must be equal for the learner to be the same; versions are only told."""
+"""What of ``run.json`` must be equal for the learner to be the same; other entries are for its readers."""
 _GOALS = ("episodes", "steps")
 
 
-class Outcome(NamedTuple):
-    """What came of a training."""
+class TrainingResult(NamedTuple):
+    """The result of a training."""
 
     episodes: int
     steps: int  # of all agents in all episodes
@@ -53,7 +54,7 @@ class Training:
 
     Parameters
     ----------
-    order : TrainingConfig
+    config : TrainingConfig
     folder : Path
         Made if it is missing.
     resume : bool
@@ -81,27 +82,28 @@ class Training:
         If its agent cannot be read.
     """
 
-    def __init__(self, order: TrainingConfig, folder: Path, *, resume: bool = False, overwrite: bool = False) -> None:
-        order = checked(order)
+    def __init__(self, config: TrainingConfig, folder: Path, *, resume: bool = False, overwrite: bool = False) -> None:
+        config = config.validate()
         if resume and overwrite:
             raise ParameterError("give --resume to go on or --overwrite to begin anew, not both")
-        self.order, self.folder = order, folder
-        self._environment = environment_of(order.environment, order.keywords)
-        self._asked = asked(order)
-        held = None if overwrite else self._held(resume)
+        self.config, self.folder = config, folder
+        self._environment = environment_of(config.environment, config.keywords)
+        self._entries = config.to_dict()
+        held = None if overwrite else self._saved_run(resume)
         if resume and held is None:
             raise ParameterError(f"{folder} holds no agent to go on with: leave --resume out")
         path = folder / AGENT
         if held is None or not path.exists():
-            self.learner = made(order, self._environment)
+            self.learner = build_learner(config, self._environment)
         else:
             self.learner = load(path, env=None if _is_in_file(held["played"]) else self._environment)
             self._check_goal()
-        same_goal = held is not None and held["goal"] == self._asked["goal"]
+        same_goal = held is not None and held["goal"] == self._entries["goal"]
         self.is_finished = bool(same_goal and held is not None and held["finished"])
         self._clock = _Clock()
         if not self.is_finished:
-            self._begin(anew=held is None)
+            make_folder(folder, without=(AGENT, HISTORY) if held is None else ())
+            self._write_run(finished=False)
 
     @property
     def agent_file(self) -> Path:
@@ -139,17 +141,17 @@ class Training:
         self._write_run(finished=True)
         self.is_finished = True
 
-    def outcome(self, n_evaluated: int) -> Outcome:
-        """Return what came of it, with `n_evaluated` greedy episodes, or none."""
+    def result(self, n_evaluated: int) -> TrainingResult:
+        """Return how it went, with an evaluation by `n_evaluated` greedy episodes, or none."""
         learner, evaluation = self.learner, None
         if n_evaluated and learner.diverged_at is None:
             evaluation = learner.evaluate(n_evaluated)
         returns = learner.returns
         n_last = min(len(returns), max(1, len(returns) // 10))
         last = float(returns[-n_last:].mean()) if n_last else math.nan
-        return Outcome(learner.episodes, int(learner.steps.sum()), self._clock.rate, n_last, last, evaluation)
+        return TrainingResult(learner.episodes, int(learner.steps.sum()), self._clock.rate, n_last, last, evaluation)
 
-    def _held(self, resume: bool) -> dict[str, Any] | None:
+    def _saved_run(self, resume: bool) -> dict[str, Any] | None:
         """Return what the folder's ``run.json`` says; None where there is no agent yet."""
         path = self.folder / RUN
         try:
@@ -158,7 +160,7 @@ class Training:
                     raise _conflict(self.folder, f"{AGENT} without {RUN}")
                 return None
             held: dict[str, Any] = json.loads(path.read_bytes())
-            there, here = ({name: run.get(name) for name in _DECIDES} for run in (held, self._asked))
+            there, here = ({name: run.get(name) for name in _DECIDES} for run in (held, self._entries))
             is_whole = {"goal", "played", "finished"} <= held.keys()
         except (OSError, ValueError, AttributeError) as error:
             if isinstance(error, OutputConflictError):
@@ -167,8 +169,8 @@ class Training:
         difference = next(differences(there, here, ""), "" if is_whole else f"its {RUN} lacks something")
         if difference:
             raise _conflict(self.folder, difference)
-        if not resume and held["goal"] != self._asked["goal"]:
-            goals = f"{_goal_words(held['goal'])} there and {_goal_words(self._asked['goal'])} now"
+        if not resume and held["goal"] != self._entries["goal"]:
+            goals = f"{_goal_words(held['goal'])} there and {_goal_words(self._entries['goal'])} now"
             raise OutputConflictError(
                 f"{self.folder} holds the same agent for another goal ({goals}): --resume goes on with it to the new "
                 "one, --overwrite begins anew"
@@ -176,40 +178,28 @@ class Training:
         return held
 
     def _left(self) -> dict[str, int]:
-        """Return what `learn` has to be asked for; nothing where nothing is left."""
-        episodes, steps = (self._asked["goal"][name] for name in _GOALS)
+        """Return the arguments of `learn` for what is left to learn; none where nothing is."""
+        episodes, steps = (self._entries["goal"][name] for name in _GOALS)
         if episodes is not None:
             left = episodes - self.learner.episodes
             return {"episodes": left} if left > 0 else {}
         left = steps - self.learner.first_agent_steps
         if left > 0:
             return {"steps": left}
-        # The first agent is there; one episode more is asked for, and those behind catch up with it instead.
+        # The first agent has done its steps; asking for one episode more lets the others catch up with it instead.
         return {} if self.learner.is_saveable else {"episodes": 1}
 
     def _check_goal(self) -> None:
-        wanted = self._asked["goal"]["episodes"]
+        wanted = self._entries["goal"]["episodes"]
         if wanted is not None and self.learner.episodes > wanted:
             raise ParameterError(
                 f"{self.folder} holds {self.learner.episodes} episodes, more than the {wanted} asked for: ask for more "
                 "with --resume, or begin anew with --overwrite"
             )
 
-    def _begin(self, *, anew: bool) -> None:
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            if anew:
-                for name in (AGENT, HISTORY):
-                    (self.folder / name).unlink(missing_ok=True)
-        except OSError as error:
-            raise OutputError(
-                f"cannot make the folder {self.folder}: {error.strerror}; choose another with --out"
-            ) from error
-        self._write_run(finished=False)
-
     def _write_run(self, *, finished: bool) -> None:
         learner = self.learner
-        told = self._asked | {
+        entries = self._entries | {
             "played": learner.problem.kind,
             "learner": type(learner).__name__,
             "parameters": {name: as_json(value) for name, value in learner.parameters.items()},
@@ -217,7 +207,7 @@ class Training:
             "finished": finished,
             "versions": _versions(),
         }
-        write_whole(self.folder / RUN, json.dumps(told, indent=1).encode() + b"\n")
+        write_whole(self.folder / RUN, json.dumps(entries, indent=1).encode() + b"\n")
 
     def _save(self) -> None:
         self.learner.save(self.agent_file)
@@ -227,7 +217,7 @@ class Training:
 
 
 class _Clock(Callback):
-    """Measures how fast a learner is from its first window on, which loads the kernels."""
+    """A clock that measures how fast a learner is from its first window on, which loads the kernels."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -245,7 +235,7 @@ class _Clock(Callback):
 
 
 class _Saving(Callback):
-    """Saves a learner every so many episodes."""
+    """A callback that saves a learner every so many episodes."""
 
     def __init__(self, path: Path, every: int) -> None:
         super().__init__(every)
@@ -255,8 +245,8 @@ class _Saving(Callback):
         learner.save(self._path)
 
 
-def loaded(path: Path, environment: str | None = None, keywords: Mapping[str, Any] = {}) -> Learner:
-    """Return a saved learner; on what it learned is taken from the file, ``run.json`` beside it, or as it is given.
+def load_learner(path: Path, environment: str | None = None, keywords: Mapping[str, Any] = {}) -> Learner:
+    """Return a saved learner; its environment is the given one, or that of the file or of ``run.json`` beside it.
 
     Raises
     ------
@@ -292,7 +282,8 @@ def _environment_beside(path: Path) -> Environment | None:
 
 def _is_in_file(kind: str) -> bool:
     """Return whether a saved learner holds all of its problem, which is then not given to `load`."""
-    return kind in PROBLEM_KINDS and PROBLEM_KINDS[kind].problem.is_data
+    kind = {"lifted": "table"}.get(kind, kind)  # what older folders say
+    return kind in PROBLEM_KINDS and PROBLEM_KINDS[kind].load().is_data
 
 
 def _versions() -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""What ``tuckerl train`` is asked for: checked, made into a learner, and written down."""
+"""The configuration of ``tuckerl train``: validated, written down, and made into a learner."""
 
 import json
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from tuckerl.adapters.resolve import Environment, as_problem
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterError
 from tuckerl.studies.algorithms import check_plays, named_algorithm, split_settings, tensor_step
-from tuckerl.studies.environments import bins_named, environment_specification, maker
+from tuckerl.studies.environments import bins_named, environment_specification
 from tuckerl.training.learner import Learner
 
 N_EPISODES = 1000
@@ -18,7 +18,7 @@ FORMAT = 1
 
 
 class TrainingConfig(NamedTuple):
-    """What is to be trained, in a user's words."""
+    """The algorithm, the environment and the goal of a training, as its user gives them."""
 
     algorithm: str  # its name
     environment: str  # an id
@@ -30,44 +30,53 @@ class TrainingConfig(NamedTuple):
     episodes: int | None = None
     steps: int | None = None
 
+    def validate(self) -> "TrainingConfig":
+        """Return the configuration with a goal, if its numbers are possible and its environment can be made.
 
-def environment_of(name: str, keywords: Mapping[str, Any]) -> Environment:
-    """Return an id, from which files can make the environment again; with keywords, what makes it."""
-    return maker(0, name, dict(keywords)) if keywords else name
+        Raises
+        ------
+        UnknownNameError
+            If there is no such algorithm or environment.
+        ParameterError, ParameterTypeError
+            If a number is impossible, or two of them exclude one another.
+        ProblemError
+            If the environment cannot be made, or the algorithm cannot play it.
+        """
+        algorithm = named_algorithm(self.algorithm)
+        check_int("agents", self.n_agents, 1)
+        check_int("seed", self.seed, 0)
+        if self.episodes is not None and self.steps is not None:
+            raise ParameterError(f"give --episodes or --steps, not both; got {self.episodes} and {self.steps}")
+        if self.steps is not None:
+            check_int("steps", self.steps, 1)
+        wanted = N_EPISODES if self.episodes is None else self.episodes
+        episodes = check_int("episodes", wanted, 1) if self.steps is None else None
+        if self.quantile_bins is not None and "bins" in self.settings:
+            raise ParameterError("give --set bins=... or --quantile-bins, not both")
+        make_environment(self.environment, self.keywords).close()
+        check_plays(algorithm, self.environment)
+        return self._replace(episodes=episodes)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the configuration as JSON; the environment must have been made before."""
+        environment = environment_specification(self.environment, self.keywords)
+        environment.pop("versions")
+        entries = {
+            "format": FORMAT,
+            "algorithm": self.algorithm,
+            "environment": environment,
+            "settings": dict(self.settings),
+            "quantile_bins": self.quantile_bins,
+            "agents": self.n_agents,
+            "seed": self.seed,
+            "goal": {"episodes": self.episodes, "steps": self.steps},
+        }
+        normal: dict[str, Any] = json.loads(json.dumps(entries))
+        return normal
 
 
-def checked(order: TrainingConfig) -> TrainingConfig:
-    """Return the order with a goal, if its numbers are possible and its environment can be made.
-
-    Raises
-    ------
-    UnknownNameError
-        If there is no such algorithm or environment.
-    ParameterError, ParameterTypeError
-        If a number is impossible, or two of them exclude one another.
-    ProblemError
-        If the environment cannot be made, or the algorithm cannot play it.
-    """
-    named_algorithm(order.algorithm)
-    check_int("agents", order.n_agents, 1)
-    check_int("seed", order.seed, 0)
-    if order.episodes is not None and order.steps is not None:
-        raise ParameterError(f"give --episodes or --steps, not both; got {order.episodes} and {order.steps}")
-    if order.steps is not None:
-        check_int("steps", order.steps, 1)
-    else:
-        order = order._replace(
-            episodes=check_int("episodes", N_EPISODES if order.episodes is None else order.episodes, 1)
-        )
-    if order.quantile_bins is not None and "bins" in order.settings:
-        raise ParameterError("give --set bins=... or --quantile-bins, not both")
-    make_environment(order.environment, order.keywords).close()
-    check_plays(named_algorithm(order.algorithm), order.environment)
-    return order
-
-
-def made(order: TrainingConfig, environment: Environment) -> Learner:
-    """Return the learner of an order that was checked.
+def build_learner(config: TrainingConfig, environment: Environment) -> Learner:
+    """Return the learner of a validated configuration.
 
     Raises
     ------
@@ -76,32 +85,14 @@ def made(order: TrainingConfig, environment: Environment) -> Learner:
     ProblemError
         If the environment is nothing that the algorithm can play.
     """
-    algorithm = named_algorithm(order.algorithm)
-    parameters, of_step = split_settings(algorithm, order.settings)
-    if order.quantile_bins is not None:
+    algorithm, n_agents, seed = named_algorithm(config.algorithm), config.n_agents, config.seed
+    parameters, of_step = split_settings(algorithm, config.settings)
+    if config.quantile_bins is not None:
         source: Any = environment  # PettingZoo's are refused there
-        parameters["bins"] = quantile_edges(source, order.quantile_bins, seed=order.seed)
+        parameters["bins"] = quantile_edges(source, config.quantile_bins, seed=seed)
     step = None
     with bins_named():
         if algorithm.is_t_version:
             problem = as_problem(environment, algorithm.learner.adapter_options(parameters))
             step = tensor_step(algorithm, (problem.n_states, problem.n_actions), of_step)
-        return algorithm.learner(environment, **parameters, n_agents=order.n_agents, tensor_step=step, seed=order.seed)
-
-
-def asked(order: TrainingConfig) -> dict[str, Any]:
-    """Return what was asked for as JSON; the environment must have been made before."""
-    environment = environment_specification(order.environment, order.keywords)
-    environment.pop("versions")
-    told = {
-        "format": FORMAT,
-        "algorithm": order.algorithm,
-        "environment": environment,
-        "settings": dict(order.settings),
-        "quantile_bins": order.quantile_bins,
-        "agents": order.n_agents,
-        "seed": order.seed,
-        "goal": {"episodes": order.episodes, "steps": order.steps},
-    }
-    normal: dict[str, Any] = json.loads(json.dumps(told))
-    return normal
+        return algorithm.learner(environment, **parameters, n_agents=n_agents, tensor_step=step, seed=seed)

@@ -44,7 +44,7 @@ class AgentArrays(NamedTuple):
     settings: Settings
     log: ChangeLog
     record: EpisodeRecord
-    rng: Stream
+    rng: Stream  # (4,) what the agent draws from
 
 
 class Transition(NamedTuple):

@@ -8,6 +8,7 @@ import numpy as np
 from tuckerl.adapters.python_problem import STEP_CAP
 from tuckerl.errors import StepCapWarning
 from tuckerl.interrupts import interrupts_held_back
+from tuckerl.intervals import bca_interval
 from tuckerl.rng import child, stream
 from tuckerl.training.agent_arrays import EpisodeRecord
 from tuckerl.training.loop import play, play_together
@@ -18,8 +19,6 @@ CAPPED = (
     "an episode was cut off after {} steps, as the environment has no time limit: set one, for example with "
     "gymnasium.make(..., max_episode_steps=...)"
 )
-CONFIDENCE = 0.95
-N_RESAMPLES = 9999
 _BOOTSTRAP = 2**32 - 1  # the child of the seed for the interval
 _ALL = np.iinfo(np.int64).max
 
@@ -90,14 +89,7 @@ def evaluate(
 
 
 def mean_interval(values: FloatArray, rng: np.random.Generator) -> tuple[float, float]:
-    """Return the 95 % interval of a mean, by the BCa bootstrap (Efron 1987); NaN for a single value."""
-    from scipy import stats  # takes longer to import than to play many an environment
-
-    if values.size < 2:
-        return np.nan, np.nan
-    if np.ptp(values) == 0:  # every resample gives the same mean, for which BCa is not defined
+    """Return the 95 % interval of a mean, by the BCa bootstrap; NaN for a single value."""
+    if values.size > 1 and np.ptp(values) == 0:  # every resample gives the same mean, for which BCa is not defined
         return float(values[0]), float(values[0])
-    result = stats.bootstrap(
-        (values,), np.mean, n_resamples=N_RESAMPLES, confidence_level=CONFIDENCE, batch=1000, rng=rng
-    )
-    return float(result.confidence_interval.low), float(result.confidence_interval.high)
+    return bca_interval((values,), np.mean, rng)

@@ -13,7 +13,7 @@ from tuckerl.types import BoolArray, FloatArray, Stream
 
 @kernel
 def row_max(table: FloatArray, row: int) -> float:
-    """Return the largest entry of a row."""
+    """Return the largest entry of a row of `table`, (R, C) float64."""
     best = table[row, 0]
     for column in range(1, table.shape[1]):
         best = max(best, table[row, column])
@@ -22,7 +22,13 @@ def row_max(table: FloatArray, row: int) -> float:
 
 @kernel
 def maxima(table: FloatArray, row: int) -> tuple[int, int]:
-    """Return the first column of a row's largest entry, and in how many columns that entry stands."""
+    """Return the first column of a row's largest entry, and in how many columns that entry stands.
+
+    Parameters
+    ----------
+    table : (R, C) float64
+    row : int
+    """
     # Two passes without a branch that depends on the values: twice as fast as one pass that mispredicts.
     best = row_max(table, row)
     first, ties = 0, 0
@@ -35,7 +41,17 @@ def maxima(table: FloatArray, row: int) -> tuple[int, int]:
 
 @kernel
 def random_maximum(table: FloatArray, row: int, first: int, ties: int, rng: Stream) -> int:
-    """Draw one of the columns that `maxima` counted."""
+    """Draw one of the columns that `maxima` counted.
+
+    Parameters
+    ----------
+    table : (R, C) float64
+    row : int
+    first, ties : int
+        What `maxima` returned.
+    rng : (4,) uint64
+        Moves on where there are several.
+    """
     if ties == 1:
         return first
     skip = below(ties, rng)
@@ -49,7 +65,15 @@ def random_maximum(table: FloatArray, row: int, first: int, ties: int, rng: Stre
 
 @kernel
 def best_value(q: FloatArray, action_mask: BoolArray, state: int) -> float:
-    """Return the largest value of the actions that may be taken in a state."""
+    """Return the largest value of the actions that may be taken in a state.
+
+    Parameters
+    ----------
+    q : (S, A) float64
+    action_mask : (S, A) bool
+        True where an action may be taken; (0, 0) where all may.
+    state : int
+    """
     if action_mask.size == 0:
         return row_max(q, state)
     best = -np.inf

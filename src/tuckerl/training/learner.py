@@ -24,7 +24,8 @@ from tuckerl.errors import (
     SavedFileMissingError,
 )
 from tuckerl.generalization.change_log import ChangeLog
-from tuckerl.generalization.step import Loadings, TensorStep, TensorStepHistory, empty_history
+from tuckerl.generalization.loadings import Loadings
+from tuckerl.generalization.step import TensorStep, TensorStepHistory, empty_history
 from tuckerl.problems.problem import Problem
 from tuckerl.rng import child, seed_sequence
 from tuckerl.training import persistence

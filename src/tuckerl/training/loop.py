@@ -62,6 +62,7 @@ def play(world: WorldArrays, agent: AgentArrays) -> int:
             transition = Transition(state, action, reward, discount, next_state, ended)
             chosen = learn_and_act(agent.algorithm, agent, transition)
             if chosen == NOT_FINITE:
+                end_episode(agent.algorithm, agent, False)
                 return -1 - episode
             state, action = next_state, np.uint32(chosen)
             record_state(record, steps, state)
@@ -105,6 +106,7 @@ def play_together(world: WorldArrays, agents: tuple[AgentArrays, ...]) -> int:
             steps += 1
             n_playing = _learn_together(world, agents, episode, steps)
             if n_playing < 0:
+                _break_off(agents)
                 return -1 - episode
         for agent in agents:
             close_episode(agent.log, agent.q)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import check_real
+from tuckerl.checks import check_real, did_you_mean
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TableSizeError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
@@ -67,14 +67,11 @@ def check_known(learner: type, parameters: "Mapping[str, object]") -> None:
     ParameterTypeError
         If there is one.
     """
-    from difflib import get_close_matches
-
     known = keywords_of(learner)
     unknown = set(parameters) - {*known, "env"}
     if unknown:
         name = min(unknown)
-        close = get_close_matches(name, known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else f"it takes {', '.join(known)}"
+        hint = did_you_mean(name, known) or f"it takes {', '.join(known)}"
         raise ParameterTypeError(f"{learner.__name__} has no parameter {name!r}: {hint}")
 
 

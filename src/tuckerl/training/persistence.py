@@ -18,7 +18,7 @@ from tuckerl.generalization.step import TensorStep
 from tuckerl.training import learner_file
 from tuckerl.training.learner_file import Arrays, Header, of_prefix, with_prefix
 from tuckerl.training.parameters import NOT_SAVED, keywords_of
-from tuckerl.training.policies import policy_class
+from tuckerl.training.policies import POLICIES, policy_class
 from tuckerl.training.policies.policy import Policy
 from tuckerl.training.schedules import as_json, from_json
 from tuckerl.training.training_state import TrainingState
@@ -196,7 +196,7 @@ def _restored_parameters(header: Header) -> dict[str, Any]:
 def _policy_as_json(policy: Policy) -> Header:
     """Return a registered policy by its class and its constructor's parameters, which it keeps as attributes."""
     kind = type(policy).__name__
-    if policy_class(kind) is not type(policy):
+    if kind not in POLICIES or policy_class(kind) is not type(policy):
         raise ParameterError(f"only tuckerl's own policies can be saved in a file; {policy!r} is none of them")
     numbers = {name: as_json(getattr(policy, name)) for name in policy.parameters()}
     return {"policy": kind} | numbers

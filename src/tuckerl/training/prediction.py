@@ -125,7 +125,7 @@ class Predictor:
     def _choose(self, agent: int, states: NDArray[Any], deterministic: bool | None) -> NDArray[Any]:
         """Return the actions in states of any shape."""
         table, policy = self._followed(agent, deterministic)
-        if isinstance(policy, Greedy):
+        if isinstance(policy, Greedy) and not (deterministic is False and self._random_ties):
             return self._greedy(table, self._action_masks[agent], states)
         flat = np.ascontiguousarray(states, dtype=np.int64).reshape(-1)
         probabilities = np.empty((flat.size, table.shape[1]))

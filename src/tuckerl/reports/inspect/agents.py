@@ -6,11 +6,13 @@ import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.cells import (
     colour_bar,
     draw_cells,
     key_of_cells,
     label_cells,
+    legend_below,
     room_for,
     scale,
     sequential,
@@ -18,9 +20,8 @@ from tuckerl.reports.inspect.cells import (
 )
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
-from tuckerl.reports.inspect.text import joined, number
-from tuckerl.reports.inspect.view import WIDTH, View
-from tuckerl.reports.text import counted
+from tuckerl.reports.text import counted, joined, number
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 _MOST_AGENTS = 20  # of a matrix
@@ -29,24 +30,24 @@ _LISTED = 6
 
 
 class Differences(NamedTuple):
-    """How the other agents' greedy actions and values differ from agent 0's."""
+    """The differences of the other agents' greedy actions and values from agent 0's."""
 
     others: FloatArray  # (S,) agents with another action than agent 0; NaN where agent 0 prefers none, or a wall is
     spread: FloatArray  # (S,) largest minus smallest state value over the agents that prefer something; NaN for < 2
     agreement: FloatArray  # (N, N) part of the states in which both prefer something where it is the same; NaN if none
 
 
-def differences(inside: Inspection) -> Differences:
+def differences(inspection: Inspection) -> Differences:
     """Compare the agents' tables."""
-    best = np.where(inside.walls, NO_PREFERENCE, greedy(inside.q, inside.allowed))
+    best = np.where(inspection.walls, NO_PREFERENCE, greedy(inspection.q, inspection.allowed))
     prefers = best != NO_PREFERENCE
     others = np.where(prefers[0], ((best != best[0]) & prefers).sum(axis=0), np.nan)
-    known = np.where(prefers, values(inside.q, inside.allowed), np.nan)
+    known = np.where(prefers, values(inspection.q, inspection.allowed), np.nan)
     several = prefers.sum(axis=0) > 1
-    spread = np.full(inside.n_states, np.nan)
+    spread = np.full(inspection.n_states, np.nan)
     spread[several] = np.nanmax(known[:, several], axis=0) - np.nanmin(known[:, several], axis=0)
-    agreement = np.full((inside.n_agents, inside.n_agents), np.nan)
-    for one in range(inside.n_agents):
+    agreement = np.full((inspection.n_agents, inspection.n_agents), np.nan)
+    for one in range(inspection.n_agents):
         both = prefers[one] & prefers
         same = (best == best[one]) & both
         compared = both.sum(axis=1)
@@ -54,23 +55,23 @@ def differences(inside: Inspection) -> Differences:
     return Differences(others, spread, agreement)
 
 
-def tables_differ(inside: Inspection) -> bool:
+def tables_differ(inspection: Inspection) -> bool:
     """Return whether there are several agents and not all have the same table."""
-    return bool((~np.isclose(inside.q, inside.q[:1], rtol=0, atol=0, equal_nan=True)).any())
+    return bool((~np.isclose(inspection.q, inspection.q[:1], rtol=0, atol=0, equal_nan=True)).any())
 
 
-def draw_agents(inside: Inspection) -> Figure:
+def draw_agents(inspection: Inspection) -> Figure:
     """Draw where the agents differ over the grid, or how far each two agree."""
-    return _draw_matrix(inside) if inside.layout is None else _draw_maps(inside, inside.layout)
+    return _draw_matrix(inspection) if inspection.layout is None else _draw_maps(inspection, inspection.layout)
 
 
-def _draw_maps(inside: Inspection, layout: tuple[int, int]) -> Figure:
-    found = differences(inside)
+def _draw_maps(inspection: Inspection, layout: tuple[int, int]) -> Figure:
+    found = differences(inspection)
     room = room_for(layout, width=(WIDTH - 0.62 - 2.3) / 2)
     below = 0.78
     height = room.height + 0.36 + below
     figure = Figure(figsize=(WIDTH, height))
-    n_others = inside.n_agents - 1
+    n_others = inspection.n_agents - 1
     panels = (
         (found.others, Normalize(0, n_others), "agents with another greedy action", "agents"),
         (found.spread, scale(np.append(found.spread, 0.0)), "spread of the state values", "spread"),
@@ -78,29 +79,21 @@ def _draw_maps(inside: Inspection, layout: tuple[int, int]) -> Figure:
     left = 0.62
     for place, (shown, norm, title, label) in enumerate(panels):
         axes = figure.add_axes((left / WIDTH, below / height, room.width / WIDTH, room.height / height))
-        colours = draw_cells(axes, shown, layout, inside.walls, norm, room)
+        colours = draw_cells(axes, shown, layout, inspection.walls, norm, room)
         label_cells(axes)
         axes.set_title(title, loc="left")
         ticks = [float(count) for count in range(n_others + 1)] if place == 0 and n_others <= _LISTED else None
         colour_bar(axes, colours, label, ticks)
-        key = key_of_cells(inside.walls, np.isnan(shown), "agent 0 prefers nothing" if place == 0 else "not compared")
-        if key:
-            axes.legend(
-                handles=key,
-                loc="upper left",
-                bbox_to_anchor=(0, -0.36 / room.height),
-                ncols=2,
-                frameon=False,
-                borderpad=0,
-                columnspacing=1.0,
-                handlelength=1.2,
-            )
+        key = key_of_cells(
+            inspection.walls, np.isnan(shown), "agent 0 prefers nothing" if place == 0 else "not compared"
+        )
+        legend_below(axes, room, key, 2)
         left += max(room.width + 1.2, 2.9)
     return figure
 
 
-def _draw_matrix(inside: Inspection) -> Figure:
-    agreement = differences(inside).agreement[:_MOST_AGENTS, :_MOST_AGENTS]
+def _draw_matrix(inspection: Inspection) -> Figure:
+    agreement = differences(inspection).agreement[:_MOST_AGENTS, :_MOST_AGENTS]
     n = len(agreement)
     side = min(4.5, max(1.2, 0.45 * n))
     height = side + 0.9
@@ -125,42 +118,46 @@ def _draw_matrix(inside: Inspection) -> Figure:
     return figure
 
 
-def _pairs(inside: Inspection) -> list[str]:
+def _pairs(inspection: Inspection) -> list[str]:
     """Return for each agent but the first in how many states its greedy action is another than agent 0's."""
-    best: IntArray = np.where(inside.walls, NO_PREFERENCE, greedy(inside.q, inside.allowed))
+    best: IntArray = np.where(inspection.walls, NO_PREFERENCE, greedy(inspection.q, inspection.allowed))
     words = []
-    for agent in range(1, min(inside.n_agents, _LISTED + 1)):
+    for agent in range(1, min(inspection.n_agents, _LISTED + 1)):
         both = (best[0] != NO_PREFERENCE) & (best[agent] != NO_PREFERENCE)
         other = int((best[agent] != best[0])[both].sum())
         words.append(f"agent {agent} in {other:,} of {int(both.sum()):,}")
-    hidden = inside.n_agents - 1 - len(words)
+    hidden = inspection.n_agents - 1 - len(words)
     return words if hidden == 0 else [*words, f"{counted(hidden, 'further agent')} not listed"]
 
 
-def _caption(inside: Inspection) -> str:
-    spread = differences(inside).spread
+def _caption(inspection: Inspection) -> str:
+    spread = differences(inspection).spread
     words = [
         "States in which the greedy action is another than agent 0's, of those in which both prefer something: "
-        + joined(_pairs(inside))
+        + joined(_pairs(inspection))
     ]
     if np.isfinite(spread).any():
         state = int(np.nanargmax(spread))
-        words.append(f"Their state values differ most in {where(state, inside.layout)}, by {number(spread[state])}")
-    if inside.layout is None and inside.n_agents > _MOST_AGENTS:
+        words.append(f"Their state values differ most in {where(state, inspection.layout)}, by {number(spread[state])}")
+    if inspection.layout is None and inspection.n_agents > _MOST_AGENTS:
         words.append(f"Only the first {_MOST_AGENTS} agents are drawn")
     return ". ".join(words) + "."
 
 
-def _alt(inside: Inspection) -> str:
-    kind = "A matrix of agreement between agents" if inside.layout is None else "Two maps of differences between agents"
-    return f"{kind}. Greedy actions other than agent 0's: {joined(_pairs(inside))} states."
+def _alt(inspection: Inspection) -> str:
+    kind = (
+        "A matrix of agreement between agents"
+        if inspection.layout is None
+        else "Two maps of differences between agents"
+    )
+    return f"{kind}. Greedy actions other than agent 0's: {joined(_pairs(inspection))} states."
 
 
-AGENTS = View(
-    "agents",
-    "How far the agents differ",
-    lambda inside: inside.n_agents > 1 and tables_differ(inside),
+AGENTS = FigureSpec(
+    Inspection,
+    FigureText("agents", "How far the agents differ"),
     draw_agents,
     _caption,
     _alt,
+    applies=lambda one: one.n_agents > 1 and tables_differ(one),
 )

@@ -1,10 +1,12 @@
 """Grids whose cells are states: how large they are drawn, in which colours, and what the colours mean."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, ListedColormap, Normalize
@@ -13,7 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.problems.parts import Layout
-from tuckerl.reports.inspect.view import WIDTH
+from tuckerl.reports.figure import WIDTH
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 WALL = "0.12"
@@ -148,6 +150,21 @@ def key_of_cells(blocked: BoolArray, empty: BoolArray, empty_words: str) -> list
     if (empty & ~blocked).any():
         entries.append(Patch(facecolor=NOTHING, edgecolor=FRAME, linewidth=0.6, label=empty_words))
     return entries
+
+
+def legend_below(axes: Axes, room: Room, entries: Sequence[Artist], ncols: int, columnspacing: float = 1.0) -> None:
+    """Draw a legend under a grid, if there are entries."""
+    if entries:
+        axes.legend(
+            handles=entries,
+            loc="upper left",
+            bbox_to_anchor=(0, -0.36 / room.height),
+            ncols=ncols,
+            frameon=False,
+            borderpad=0,
+            columnspacing=columnspacing,
+            handlelength=1.2,
+        )
 
 
 def where(state: int, layout: Layout | None) -> str:

@@ -1,40 +1,19 @@
-"""What there is to look into, as plain data: it can come from a live learner, a saved one or a user's own tensor."""
+"""What is inspected, as plain data: it can come from a live learner, a saved one or a user's own tensor."""
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from tuckerl.errors import ProblemError
+from tuckerl.generalization.loadings import EPISODES, Loadings
 from tuckerl.generalization.step import TensorStepHistory
 from tuckerl.problems.parts import Layout, check_layout
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
-STATES, ACTIONS, EPISODES, AGENTS = range(4)
-
-
-class Loadings(NamedTuple):
-    """A Tucker decomposition of the tables of E episodes and N agents.
-
-    A state that `states` does not name has no row in `factors[0]`: its row of the tables did not change.
-    """
-
-    states: IntArray  # (n,) the states that the rows of the state factor stand for, each once
-    factors: tuple[FloatArray, ...]  # (n, r_0), (A, r_1), (E, r_2), (N, r_3)
-    core: FloatArray  # (r_0, r_1, r_2, r_3)
-    fit: float = math.nan  # NaN where it is not known
-    first_episode: int = 1  # of the E episodes, counted from 1
-
-    def energies(self, mode: int) -> FloatArray:
-        """Return the part of the core's sum of squares that belongs to each column of a factor, (r,); 0 of zeros."""
-        squares: FloatArray = np.square(self.core).sum(axis=tuple(axis for axis in range(4) if axis != mode))
-        whole = squares.sum()
-        return squares / whole if whole > 0 else squares
-
 
 class Inspection(NamedTuple):
-    """What a learner of N agents, S states and A actions holds after some episodes."""
+    """The content of a learner of N agents, S states and A actions after some episodes."""
 
     title: str
     q: FloatArray  # (N, S, A)
@@ -63,6 +42,11 @@ class Inspection(NamedTuple):
         return int(self.q.shape[2])
 
     @property
+    def n_windows(self) -> int:
+        """Number of windows on record."""
+        return int(self.history.episode.size)
+
+    @property
     def walls(self) -> BoolArray:
         """Where nobody can stand, (S,)."""
         return np.zeros(self.n_states, dtype=np.bool_) if self.blocked is None else self.blocked
@@ -72,8 +56,22 @@ class Inspection(NamedTuple):
         """Where an action may be taken, (N, S, A); not to be changed."""
         return np.broadcast_to(np.True_, self.q.shape) if self.action_mask is None else self.action_mask
 
+    @property
+    def decomposed(self) -> Loadings:
+        """The loadings, where there are any."""
+        if self.loadings is None:
+            raise ValueError("there are no loadings to draw")
+        return self.loadings
 
-def check_inspection(inside: Inspection) -> None:
+    @property
+    def grid(self) -> Layout:
+        """The layout, where there is one."""
+        if self.layout is None:
+            raise ValueError("only states with a layout can be drawn as a grid")
+        return self.layout
+
+
+def check_inspection(inspection: Inspection) -> None:
     """Raise an error if the parts do not belong together.
 
     Raises
@@ -81,20 +79,20 @@ def check_inspection(inside: Inspection) -> None:
     ProblemError
         If a shape contradicts that of the tables.
     """
-    if inside.q.ndim != 3 or 0 in inside.q.shape:
-        raise ProblemError(f"q must have the shape (N, S, A), no axis empty; got {inside.q.shape}")
-    n_agents, n_states, n_actions = inside.q.shape
-    check_layout(inside.layout, n_states)
+    if inspection.q.ndim != 3 or 0 in inspection.q.shape:
+        raise ProblemError(f"q must have the shape (N, S, A), no axis empty; got {inspection.q.shape}")
+    n_agents, n_states, n_actions = inspection.q.shape
+    check_layout(inspection.layout, n_states)
     wanted = {
-        "blocked": (inside.walls.shape, (n_states,)),
-        "action_mask": (inside.allowed.shape, inside.q.shape),
-        "action_names": ((len(inside.action_names),), (n_actions,)),
-        "history.weights": (inside.history.weights.shape, (inside.history.episode.size, n_actions)),
-        "steps": (inside.steps.shape[1:], (n_agents,)),
-        "returns": (inside.returns.shape, inside.steps.shape),
+        "blocked": (inspection.walls.shape, (n_states,)),
+        "action_mask": (inspection.allowed.shape, inspection.q.shape),
+        "action_names": ((len(inspection.action_names),), (n_actions,)),
+        "history.weights": (inspection.history.weights.shape, (inspection.history.episode.size, n_actions)),
+        "steps": (inspection.steps.shape[1:], (n_agents,)),
+        "returns": (inspection.returns.shape, inspection.steps.shape),
     }
-    if inside.loadings is not None:
-        states, factors, core, *_ = inside.loadings
+    if inspection.loadings is not None:
+        states, factors, core, *_ = inspection.loadings
         shapes = tuple(factor.shape for factor in factors)
         sizes = (states.size, n_actions, factors[EPISODES].shape[0] if len(factors) == 4 else 0, n_agents)
         wanted["loadings.factors"] = (shapes, tuple(zip(sizes, core.shape, strict=False)))
@@ -102,4 +100,4 @@ def check_inspection(inside: Inspection) -> None:
         wanted["loadings.states"] = ((np.unique(states).size, inner), (states.size, True))
     for name, (shape, expected) in wanted.items():
         if shape != expected:
-            raise ProblemError(f"{name} must fit tables of shape (N, S, A) = {inside.q.shape}; got {shape}")
+            raise ProblemError(f"{name} must fit tables of shape (N, S, A) = {inspection.q.shape}; got {shape}")

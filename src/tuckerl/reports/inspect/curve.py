@@ -5,11 +5,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.text import number
-from tuckerl.reports.inspect.view import WIDTH, View
 from tuckerl.reports.styles import BLUE
-from tuckerl.reports.text import counted
+from tuckerl.reports.text import counted, number
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 _PART = 20  # a running mean spans this part of all episodes, within
@@ -29,11 +29,11 @@ def running_mean(values: FloatArray, window: int) -> FloatArray:
     return mean
 
 
-def draw_curve(inside: Inspection) -> Figure:
+def draw_curve(inspection: Inspection) -> Figure:
     """Draw steps and returns beside one another."""
     height = 2.7
     figure = Figure(figsize=(WIDTH, height))
-    panels = ((inside.steps.astype(np.float64), "steps"), (inside.returns, "return (undiscounted)"))
+    panels = ((inspection.steps.astype(np.float64), "steps"), (inspection.returns, "return (undiscounted)"))
     for place, (values, label) in enumerate(panels):
         left = 0.62 + 3.6 * place
         axes = figure.add_axes((left / WIDTH, 0.46 / height, 2.82 / WIDTH, (height - 1.0) / height))
@@ -90,19 +90,19 @@ def _ends(values: FloatArray | IntArray) -> str:
     return f"{number(float(smooth[0]))} over the first and {number(float(smooth[-1]))} over the last"
 
 
-def _caption(inside: Inspection) -> str:
-    window = window_of(len(inside.steps))
-    agents = f", {inside.n_agents} agents averaged" if inside.n_agents > 1 else ""
-    text = f"{counted(len(inside.steps), 'episode')} of learning, exploration included{agents}"
+def _caption(inspection: Inspection) -> str:
+    window = window_of(len(inspection.steps))
+    agents = f", {inspection.n_agents} agents averaged" if inspection.n_agents > 1 else ""
+    text = f"{counted(len(inspection.steps), 'episode')} of learning, exploration included{agents}"
     if window > 1:
         text += (
-            f". Grey: {_grey(len(inside.steps))}. Blue: the mean of the {window} episodes up to and with each, drawn "
-            f"from episode {window} on"
+            f". Grey: {_grey(len(inspection.steps))}. Blue: the mean of the {window} episodes up to and with each, "
+            f"drawn from episode {window} on"
         )
-    if window > 1 and inside.n_agents > 1:
+    if window > 1 and inspection.n_agents > 1:
         text += "; shaded, from the lowest to the highest agent's such mean (a range, no interval of confidence)"
     means = counted(window, "episode")
-    return f"{text}. Mean steps: {_ends(inside.steps)} {means}; mean return: {_ends(inside.returns)}."
+    return f"{text}. Mean steps: {_ends(inspection.steps)} {means}; mean return: {_ends(inspection.returns)}."
 
 
 def _grey(n_episodes: int) -> str:
@@ -110,19 +110,19 @@ def _grey(n_episodes: int) -> str:
     return "each episode" if size == 1 else f"the mean of each {size} episodes"
 
 
-def _alt(inside: Inspection) -> str:
-    means = counted(window_of(len(inside.steps)), "episode")
+def _alt(inspection: Inspection) -> str:
+    means = counted(window_of(len(inspection.steps)), "episode")
     return (
-        f"Curves of steps and return by episode. Mean steps are {_ends(inside.steps)} {means}, the mean return "
-        f"{_ends(inside.returns)}."
+        f"Curves of steps and return by episode. Mean steps are {_ends(inspection.steps)} {means}, the mean return "
+        f"{_ends(inspection.returns)}."
     )
 
 
-CURVE = View(
-    "learning-curve",
-    "Learning curve",
-    lambda inside: len(inside.steps) > 0,
+CURVE = FigureSpec(
+    Inspection,
+    FigureText("learning-curve", "Learning curve"),
     draw_curve,
     _caption,
     _alt,
+    applies=lambda one: len(one.steps) > 0,
 )

@@ -1,4 +1,4 @@
-"""A file as something to look into: a saved learner, or a tensor of Q-tables as NumPy saves it."""
+"""Inspecting a file: a saved learner, or a tensor of Q-tables as NumPy saves it."""
 
 import io
 import zipfile
@@ -14,14 +14,14 @@ from tuckerl.reports.inspect.learner import inspect_learner
 from tuckerl.reports.inspect.summary import learner_lines, tensor_lines
 from tuckerl.reports.inspect.tensor import inspect_tensor
 from tuckerl.studies.algorithms import default_ranks
-from tuckerl.studies.training import loaded
+from tuckerl.studies.training import load_learner
 from tuckerl.types import FloatArray
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK\x03\x04"
 
 
-class Asked(NamedTuple):
-    """What a user says of a file."""
+class FileOptions(NamedTuple):
+    """The options with which a file is inspected."""
 
     layout: tuple[int, int] | None = None
     ranks: tuple[int, int, int, int] | None = None  # of a tensor
@@ -29,14 +29,14 @@ class Asked(NamedTuple):
     keywords: Mapping[str, Any] = {}  # of the environment
 
 
-class Found(NamedTuple):
-    """What is in a file."""
+class InspectedFile(NamedTuple):
+    """The content of a file."""
 
-    inside: Inspection
+    inspection: Inspection
     lines: list[str]  # the same in short
 
 
-def inspect_file(path: Path, asked: Asked) -> Found:
+def inspect_file(path: Path, options: FileOptions) -> InspectedFile:
     """Return what is in a file.
 
     Raises
@@ -46,7 +46,7 @@ def inspect_file(path: Path, asked: Asked) -> Found:
     SavedFileMissingError
         If there is none.
     TensorError, ParameterError, ProblemError
-        If it holds no tensor of Q-tables, or something asked does not fit it.
+        If it holds no tensor of Q-tables, or an option does not fit it.
     """
     try:
         with path.open("rb") as file:
@@ -55,21 +55,21 @@ def inspect_file(path: Path, asked: Asked) -> Found:
         raise SavedFileMissingError(f"there is no file {path}: name a saved agent, a .npy or a .npz") from error
     except OSError as error:
         raise SavedFileError(f"{path} cannot be read: {error.strerror}") from error
-    return _of_tensor(path, asked) if start.startswith((_NPY, _ZIP)) else _of_learner(path, asked)
+    return _of_tensor(path, options) if start.startswith((_NPY, _ZIP)) else _of_learner(path, options)
 
 
-def _of_learner(path: Path, asked: Asked) -> Found:
-    learner = loaded(path, asked.environment, asked.keywords)
-    if asked.ranks is not None:
+def _of_learner(path: Path, options: FileOptions) -> InspectedFile:
+    learner = load_learner(path, options.environment, options.keywords)
+    if options.ranks is not None:
         raise ParameterError(f"ranks are for a tensor of Q-tables; {path} is a saved agent, which has its own")
-    return Found(inspect_learner(learner, layout=asked.layout), learner_lines(learner))
+    return InspectedFile(inspect_learner(learner, layout=options.layout), learner_lines(learner))
 
 
-def _of_tensor(path: Path, asked: Asked) -> Found:
-    if asked.environment is not None:
+def _of_tensor(path: Path, options: FileOptions) -> InspectedFile:
+    if options.environment is not None:
         raise ParameterError(f"an environment is for a saved agent; {path} is an array: leave --env out")
     tensor = _read(path)
-    ranks = asked.ranks
+    ranks = options.ranks
     if ranks is None and tensor.ndim == 4 and tensor.size:
         sizes: Any = zip(default_ranks(tensor.shape[0], tensor.shape[1]), tensor.shape, strict=True)
         ranks = tuple(min(pair) for pair in sizes)
@@ -78,8 +78,8 @@ def _of_tensor(path: Path, asked: Asked) -> Found:
     if not np.isfinite(tensor).all():
         raise TensorError(f"a tensor of Q-tables must be finite; {path} has NaN or infinity in it")
     title = f"{path.name}: Q-tables"
-    inside = inspect_tensor(tensor, ranks or (1, 1, 1, 1), asked.layout, title=title)
-    return Found(inside, tensor_lines(inside, tensor.shape))
+    inspection = inspect_tensor(tensor, ranks or (1, 1, 1, 1), options.layout, title=title)
+    return InspectedFile(inspection, tensor_lines(inspection, tensor.shape))
 
 
 def _read(path: Path) -> FloatArray:

@@ -16,7 +16,7 @@ _FILLERS = {"move", "go", "step", "push", "accelerate", "walk", "to", "the"}
 
 
 class ArrowField(NamedTuple):
-    """What the greedy policy does in each of S states, as arrows over a grid whose row 0 is at the top."""
+    """The greedy policy of S states, as arrows over a grid whose row 0 is at the top."""
 
     action: IntArray  # (S,) NO_PREFERENCE where no action is better than another
     down: IntArray  # (S,) -1, 0 or 1 rows
@@ -69,8 +69,8 @@ def shares_first_place(q: FloatArray, action_mask: BoolArray | np.bool_ = np.Tru
     """Return in which rows several actions, but not all, are equally best: (..., S)."""
     values_of_allowed = np.where(action_mask, q, -np.inf)
     several = np.count_nonzero(values_of_allowed == values_of_allowed.max(axis=-1, keepdims=True), axis=-1) > 1
-    torn: BoolArray = np.logical_and(several, greedy(q, action_mask) != NO_PREFERENCE)
-    return torn
+    tied: BoolArray = np.logical_and(several, greedy(q, action_mask) != NO_PREFERENCE)
+    return tied
 
 
 def arrow_field(q: FloatArray, action_names: Sequence[str], action_mask: BoolArray | np.bool_ = np.True_) -> ArrowField:

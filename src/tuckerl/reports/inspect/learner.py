@@ -1,9 +1,10 @@
-"""A learner, live or loaded, as something to look into."""
+"""Inspecting a learner, live or loaded."""
 
 from collections.abc import Sequence
 
 from tuckerl.problems.parts import Layout, check_action_names, check_layout
-from tuckerl.reports.inspect.content import Inspection, Loadings
+from tuckerl.reports.inspect.content import Inspection
+from tuckerl.reports.learner_text import name_of
 from tuckerl.training.learner import Learner
 
 
@@ -36,8 +37,8 @@ def inspect_learner(
     Examples
     --------
     >>> import tuckerl
-    >>> inside = inspect_learner(tuckerl.Sarsa("FrozenLake-v1", seed=0).learn(episodes=20))
-    >>> inside.layout, list(inside.action_names)
+    >>> inspection = inspect_learner(tuckerl.Sarsa("FrozenLake-v1", seed=0).learn(episodes=20))
+    >>> inspection.layout, list(inspection.action_names)
     ((4, 4), ['left', 'down', 'right', 'up'])
     """
     problem = learner.problem
@@ -49,23 +50,8 @@ def inspect_learner(
         blocked=problem.unreachable_states(),
         action_names=list(names),
         history=learner.tensor_step_history,
-        loadings=_loadings(learner),
+        loadings=learner.loadings,
         steps=learner.steps,
         returns=learner.returns,
         action_mask=learner.action_mask,
     )
-
-
-def name_of(learner: Learner) -> str:
-    """Return the learner's class and what it learned on."""
-    t_version = " with a tensor step" if learner.tensor_step is not None else ""
-    source = getattr(learner.problem, "source", None)
-    return f"{type(learner).__name__}{t_version}{f' on {source}' if source else ''}"
-
-
-def _loadings(learner: Learner) -> Loadings | None:
-    held = learner.loadings
-    if held is None:
-        return None
-    first = held.episode - held.factors[2].shape[0] + 1
-    return Loadings(held.states, held.factors, held.core, held.fit, first)

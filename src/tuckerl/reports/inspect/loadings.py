@@ -9,11 +9,13 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
+from tuckerl.generalization.loadings import ACTIONS, AGENTS, EPISODES, Loadings
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.cells import colour_bar, sequential
-from tuckerl.reports.inspect.content import ACTIONS, AGENTS, EPISODES, Inspection, Loadings
+from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.state_loadings import fit_words
-from tuckerl.reports.inspect.text import joined, number, percents
-from tuckerl.reports.inspect.view import WIDTH, View
+from tuckerl.reports.text import joined, number, percents
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray
 
 _ROW = 0.155
@@ -30,10 +32,10 @@ class _Part(NamedTuple):
     names: Sequence[str]
 
 
-def draw_loadings(inside: Inspection) -> Figure:
+def draw_loadings(inspection: Inspection) -> Figure:
     """Draw the three factors, rows down and columns across, on one scale."""
-    loadings = _loadings(inside)
-    parts = _parts(inside, loadings)
+    loadings = inspection.decomposed
+    parts = _parts(inspection, loadings)
     highest = max(_height(part) for part in parts)
     height = highest + 0.8
     figure = Figure(figsize=(WIDTH, height))
@@ -54,19 +56,13 @@ def draw_loadings(inside: Inspection) -> Figure:
     return figure
 
 
-def _loadings(inside: Inspection) -> Loadings:
-    if inside.loadings is None:
-        raise ValueError("there are no loadings to draw")
-    return inside.loadings
-
-
-def _parts(inside: Inspection, loadings: Loadings) -> list[_Part]:
+def _parts(inspection: Inspection, loadings: Loadings) -> list[_Part]:
     first = loadings.first_episode
     episodes = [str(first + place) for place in range(loadings.factors[EPISODES].shape[0])]
     return [
-        _Part("action", loadings.factors[ACTIONS], inside.action_names),
+        _Part("action", loadings.factors[ACTIONS], inspection.action_names),
         _Part("episode", loadings.factors[EPISODES], episodes),
-        _Part("agent", loadings.factors[AGENTS], [str(agent) for agent in range(inside.n_agents)]),
+        _Part("agent", loadings.factors[AGENTS], [str(agent) for agent in range(inspection.n_agents)]),
     ]
 
 
@@ -98,8 +94,8 @@ def _draw_part(axes: Axes, part: _Part, norm: Normalize, *, numbered: bool) -> A
     return image
 
 
-def _caption(inside: Inspection) -> str:
-    loadings = _loadings(inside)
+def _caption(inspection: Inspection) -> str:
+    loadings = inspection.decomposed
     names = {ACTIONS: "action", EPISODES: "episode", AGENTS: "agent"}
     shares = joined(f"the {name} factors {percents(loadings.energies(mode))}" for mode, name in names.items())
     first = loadings.first_episode
@@ -112,21 +108,21 @@ def _caption(inside: Inspection) -> str:
     )
 
 
-def _alt(inside: Inspection) -> str:
-    loadings = _loadings(inside)
+def _alt(inspection: Inspection) -> str:
+    loadings = inspection.decomposed
     words = []
-    for part in _parts(inside, loadings):
+    for part in _parts(inspection, loadings):
         first = part.factor[:, 0]
         row = int(np.abs(first).argmax())
         words.append(f"{part.title} {part.names[row]} ({number(float(first[row]))})")
     return f"Three tables of loadings. Largest in the first columns: {joined(words)}."
 
 
-LOADINGS = View(
-    "loadings",
-    "Action, episode and agent loadings",
-    lambda inside: inside.loadings is not None,
+LOADINGS = FigureSpec(
+    Inspection,
+    FigureText("loadings", "Action, episode and agent loadings"),
     draw_loadings,
     _caption,
     _alt,
+    applies=lambda one: one.loadings is not None,
 )

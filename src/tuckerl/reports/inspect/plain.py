@@ -5,13 +5,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.cells import colour_bar, counting_ticks, scale, sequential
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
 from tuckerl.reports.inspect.policy import policy_words
-from tuckerl.reports.inspect.text import joined, number
-from tuckerl.reports.inspect.view import WIDTH, View
 from tuckerl.reports.styles import BLACK, BLUE
+from tuckerl.reports.text import joined, number
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 TABLE_STATES = 60
@@ -22,16 +23,16 @@ _BARS = 40  # actions that have one
 _NAMED_COLUMNS = 30
 
 
-def draw_plain(inside: Inspection) -> Figure:
+def draw_plain(inspection: Inspection) -> Figure:
     """Draw agent 0's table, or a profile of its values and of the actions that it prefers."""
-    return _draw_table(inside) if inside.n_states <= TABLE_STATES else _draw_profile(inside)
+    return _draw_table(inspection) if inspection.n_states <= TABLE_STATES else _draw_profile(inspection)
 
 
-def _draw_table(inside: Inspection) -> Figure:
-    q = inside.q[0]
+def _draw_table(inspection: Inspection) -> Figure:
+    q = inspection.q[0]
     n_states, n_actions = q.shape
     wide, high = min(5.5, max(1.2, 0.6 * n_actions)), max(0.35, _ROW * n_states)
-    longest = 0.075 * max(len(name) for name in inside.action_names)
+    longest = 0.075 * max(len(name) for name in inspection.action_names)
     tilted = n_actions <= _NAMED_COLUMNS and longest > 0.95 * wide / n_actions
     below = 0.36 + (min(1.6, longest) if tilted else 0.2)
     height = high + 0.3 + below
@@ -41,13 +42,13 @@ def _draw_table(inside: Inspection) -> Figure:
     image = axes.imshow(
         np.ma.masked_invalid(q), cmap=sequential(), norm=norm, interpolation="none", aspect="auto", origin="upper"
     )
-    best = greedy(q, inside.allowed[0])
+    best = greedy(q, inspection.allowed[0])
     states = np.flatnonzero(best != NO_PREFERENCE)
     axes.plot(best[states], states, linestyle="none", marker="o", markersize=5, color=BLACK, markeredgecolor="white")
     axes.set_xlim(-0.5, n_actions - 0.5)
     axes.set_ylim(n_states - 0.5, -0.5)
     if n_actions <= _NAMED_COLUMNS:
-        axes.set_xticks(range(n_actions), inside.action_names, rotation=90 if tilted else 0, parse_math=False)
+        axes.set_xticks(range(n_actions), inspection.action_names, rotation=90 if tilted else 0, parse_math=False)
     axes.set_yticks(counting_ticks(n_states))
     axes.tick_params(length=2)
     axes.set_xlabel("action")
@@ -57,31 +58,31 @@ def _draw_table(inside: Inspection) -> Figure:
     return figure
 
 
-def _draw_profile(inside: Inspection) -> Figure:
-    shown = shown_actions(inside)
+def _draw_profile(inspection: Inspection) -> Figure:
+    shown = shown_actions(inspection)
     high = max(2.1, _ROW * shown.size)
     height = high + 0.8
     figure = Figure(figsize=(WIDTH, height))
-    longest = max(len(inside.action_names[action]) for action in shown)
+    longest = max(len(inspection.action_names[action]) for action in shown)
     gap = 0.6 + 0.07 * min(longest, 20)
     left_width = 0.55 * (WIDTH - 0.62 - gap - 0.2)
     curve = figure.add_axes((0.62 / WIDTH, 0.48 / height, left_width / WIDTH, high / height))
-    _draw_values(curve, values(inside.q, inside.allowed))
+    _draw_values(curve, values(inspection.q, inspection.allowed))
     left = 0.62 + left_width + gap
     bars = figure.add_axes((left / WIDTH, 0.48 / height, (WIDTH - left - 0.2) / WIDTH, high / height))
-    _draw_counts(bars, _counts(inside)[shown], [inside.action_names[action] for action in shown])
+    _draw_counts(bars, _counts(inspection)[shown], [inspection.action_names[action] for action in shown])
     return figure
 
 
-def shown_actions(inside: Inspection) -> IntArray:
+def shown_actions(inspection: Inspection) -> IntArray:
     """Return the actions that have a bar: all, or those that are greedy most often, in order of number."""
-    counts = _counts(inside)
+    counts = _counts(inspection)
     return np.sort(np.argsort(-counts, kind="stable")[:_BARS])
 
 
-def _counts(inside: Inspection) -> IntArray:
-    best = greedy(inside.q[0], inside.allowed[0])
-    return np.bincount(best[best != NO_PREFERENCE], minlength=inside.n_actions)
+def _counts(inspection: Inspection) -> IntArray:
+    best = greedy(inspection.q[0], inspection.allowed[0])
+    return np.bincount(best[best != NO_PREFERENCE], minlength=inspection.n_actions)
 
 
 def _draw_values(axes: Axes, known: FloatArray) -> None:
@@ -112,41 +113,43 @@ def _draw_counts(axes: Axes, counts: IntArray, names: list[str]) -> None:
     axes.set_title("action", loc="left")
 
 
-def plain_caption(inside: Inspection) -> str:
+def plain_caption(inspection: Inspection) -> str:
     """Return what the table or the profile shows, and what it does not."""
-    words = policy_words(inside)
-    if inside.n_states <= TABLE_STATES:
+    words = policy_words(inspection)
+    if inspection.n_states <= TABLE_STATES:
         first = "Agent 0's table, lighter is more; a dot marks the greedy action"
-        hidden = ["Only agent 0's values are shown"] if inside.n_agents > 1 else []
+        hidden = ["Only agent 0's values are shown"] if inspection.n_agents > 1 else []
     else:
         first = (
             "Left: the values of the states in which something is preferred, sorted. Right: in how many of agent 0's "
             "states each action is greedy"
         )
         hidden = ["Which state has which value and action is not shown, as the states have no layout"]
-        missing = inside.n_actions - shown_actions(inside).size
+        missing = inspection.n_actions - shown_actions(inspection).size
         if missing:
             hidden.append(f"{missing} actions that are greedy less often have no bar")
     return ". ".join([first, *words, *hidden]) + "."
 
 
-def plain_alt(inside: Inspection) -> str:
+def plain_alt(inspection: Inspection) -> str:
     """Return the highest value and the commonest greedy actions."""
-    counts, known = _counts(inside), values(inside.q[0], inside.allowed[0])
-    kind = "A table of values" if inside.n_states <= TABLE_STATES else "A falling curve of values and bars of actions"
+    counts, known = _counts(inspection), values(inspection.q[0], inspection.allowed[0])
+    kind = (
+        "A table of values" if inspection.n_states <= TABLE_STATES else "A falling curve of values and bars of actions"
+    )
     if not counts.any():
         return f"{kind}; no state prefers an action."
     best = int(np.nanargmax(known))
     most = np.argsort(-counts, kind="stable")[:3]
-    chosen = joined(f"{inside.action_names[a]} in {counts[a]:,}" for a in most if counts[a])
+    chosen = joined(f"{inspection.action_names[a]} in {counts[a]:,}" for a in most if counts[a])
     return f"{kind}. The highest value is {number(float(known[best]))}, of state {best}. Greedy: {chosen} states."
 
 
-PLAIN = View(
-    "policy",
-    "Greedy policy and state values",
-    lambda inside: inside.layout is None,
+PLAIN = FigureSpec(
+    Inspection,
+    FigureText("policy", "Greedy policy and state values"),
     draw_plain,
     plain_caption,
     plain_alt,
+    applies=lambda one: one.layout is None,
 )

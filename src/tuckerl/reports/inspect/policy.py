@@ -8,6 +8,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from tuckerl.reports.figure import FigureSpec
 from tuckerl.reports.inspect.cells import (
     Room,
     colour_bar,
@@ -15,6 +16,7 @@ from tuckerl.reports.inspect.cells import (
     grid_figure,
     key_of_cells,
     label_cells,
+    legend_below,
     room_for,
     scale,
     where,
@@ -29,9 +31,8 @@ from tuckerl.reports.inspect.greedy import (
     shares_first_place,
     values,
 )
-from tuckerl.reports.inspect.text import joined, span
-from tuckerl.reports.inspect.view import View
-from tuckerl.reports.text import counted
+from tuckerl.reports.text import counted, joined, span
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import BoolArray, IntArray
 
 MARKERS = "os^DPXv*"  # of actions that point nowhere
@@ -41,34 +42,24 @@ _LONGEST_ARROW = 19.0
 _DARK = 0.45  # of lightness: arrows are white on what is darker
 
 
-def draw_policy(inside: Inspection) -> Figure:
+def draw_policy(inspection: Inspection) -> Figure:
     """Draw agent 0's state values as colours and its greedy actions as arrows."""
-    layout, q, allowed = _layout(inside), inside.q[0], inside.allowed[0]
+    layout, q, allowed = inspection.grid, inspection.q[0], inspection.allowed[0]
     figure, axes, room = grid_figure(layout)
-    shown = np.where(inside.walls, np.nan, values(q, allowed))
+    shown = np.where(inspection.walls, np.nan, values(q, allowed))
     norm = scale(shown)
-    colours = draw_cells(axes, shown, layout, inside.walls, norm, room)
+    colours = draw_cells(axes, shown, layout, inspection.walls, norm, room)
     label_cells(axes)
     dark = (
         np.asarray(colours.to_rgba(np.nan_to_num(shown, nan=norm.vmax or 0.0)))[:, :3] @ (0.299, 0.587, 0.114) < _DARK
     )
-    field = arrow_field(q, inside.action_names, allowed)
-    drawn = _drawn(inside, room)
+    field = arrow_field(q, inspection.action_names, allowed)
+    drawn = _drawn(inspection, room)
     _draw_arrows(axes, field, drawn, dark, room)
-    marks = _draw_marks(axes, inside, field.action, drawn, room)
-    key = [*key_of_cells(inside.walls, np.isnan(shown), "no preference"), *marks]
-    if key:
-        axes.legend(
-            handles=key,
-            loc="upper left",
-            bbox_to_anchor=(0, -0.36 / room.height),
-            ncols=5,
-            frameon=False,
-            borderpad=0,
-            columnspacing=1.2,
-            handlelength=1.2,
-        )
-    axes.set_title("agent 0" if inside.n_agents > 1 else "greedy policy", loc="left")
+    marks = _draw_marks(axes, inspection, field.action, drawn, room)
+    key = [*key_of_cells(inspection.walls, np.isnan(shown), "no preference"), *marks]
+    legend_below(axes, room, key, 5, columnspacing=1.2)
+    axes.set_title("agent 0" if inspection.n_agents > 1 else "greedy policy", loc="left")
     colour_bar(axes, colours, "max Q(s, a)")
     return figure
 
@@ -78,19 +69,13 @@ def stride(room: Room) -> int:
     return max(1, math.ceil(_SMALLEST_ARROW / room.cell - 1e-9))
 
 
-def _layout(inside: Inspection) -> tuple[int, int]:
-    if inside.layout is None:
-        raise ValueError("only states with a layout can be drawn as a grid")
-    return inside.layout
-
-
-def _drawn(inside: Inspection, room: Room) -> BoolArray:
+def _drawn(inspection: Inspection, room: Room) -> BoolArray:
     """Return which cells have an arrow or a mark."""
-    rows, columns = _layout(inside)
+    rows, columns = inspection.grid
     every = stride(room)
     chosen = np.zeros((rows, columns), dtype=np.bool_)
     chosen[(every // 2) % rows :: every, (every // 2) % columns :: every] = True
-    return chosen.ravel() & ~inside.walls
+    return chosen.ravel() & ~inspection.walls
 
 
 def _draw_arrows(axes: Axes, field: ArrowField, drawn: BoolArray, dark: BoolArray, room: Room) -> None:
@@ -113,11 +98,11 @@ def _draw_arrows(axes: Axes, field: ArrowField, drawn: BoolArray, dark: BoolArra
     axes.add_collection(PolyCollection(shapes, facecolors=colours, edgecolors="none", gid="arrows"), autolim=False)
 
 
-def _draw_marks(axes: Axes, inside: Inspection, action: IntArray, drawn: BoolArray, room: Room) -> list[Line2D]:
+def _draw_marks(axes: Axes, inspection: Inspection, action: IntArray, drawn: BoolArray, room: Room) -> list[Line2D]:
     """Mark where the greedy action points nowhere, a shape for each such action; return their legend."""
-    columns = _layout(inside)[1]
+    columns = inspection.grid[1]
     lines = []
-    for number, marker in zip(_undirected(inside), MARKERS, strict=False):
+    for number, marker in zip(_undirected(inspection), MARKERS, strict=False):
         cells = np.flatnonzero(drawn & (action == number))
         size = min(7.0, 0.5 * stride(room) * room.cell)
         (line,) = axes.plot(
@@ -129,22 +114,22 @@ def _draw_marks(axes: Axes, inside: Inspection, action: IntArray, drawn: BoolArr
             markerfacecolor="black",
             markeredgecolor="white",
             markeredgewidth=0.4,
-            label=inside.action_names[number],
+            label=inspection.action_names[number],
         )
         if cells.size:
             lines.append(line)
     return lines
 
 
-def _undirected(inside: Inspection) -> list[int]:
+def _undirected(inspection: Inspection) -> list[int]:
     """Return the actions that are drawn as marks: those without a direction, unless there are too many to tell."""
-    found = [action for action, name in enumerate(inside.action_names) if direction(name) is None]
+    found = [action for action, name in enumerate(inspection.action_names) if direction(name) is None]
     return found if len(found) <= len(MARKERS) else []
 
 
-def policy_words(inside: Inspection) -> list[str]:
-    """Return in how many states agent 0 prefers something, what its values are, and in how many it is torn."""
-    q, allowed = inside.q[0][~inside.walls], inside.allowed[0][~inside.walls]
+def policy_words(inspection: Inspection) -> list[str]:
+    """Return in how many states agent 0 prefers an action, what its values are, and in how many several are best."""
+    q, allowed = inspection.q[0][~inspection.walls], inspection.allowed[0][~inspection.walls]
     best, known = greedy(q, allowed), values(q, allowed)
     preferred = int((best != NO_PREFERENCE).sum())
     infinite = int((~(np.isfinite(q) | ~allowed).all(axis=1)).sum())
@@ -153,27 +138,27 @@ def policy_words(inside: Inspection) -> list[str]:
         words[0] += f"; their values are {span(known[best != NO_PREFERENCE])}"
     if preferred < len(q):
         words.append("Where all actions are worth the same, as where nobody has been, it has no preference")
-    torn = int(shares_first_place(q, allowed).sum())
-    if torn:
+    tied = int(shares_first_place(q, allowed).sum())
+    if tied:
         words.append(
-            f"In {counted(torn, 'state')} several but not all actions are equally good; the lowest numbered is shown"
+            f"In {counted(tied, 'state')} several but not all actions are equally good; the lowest numbered is shown"
         )
     if infinite:
         words.append(f"Left out: {counted(infinite, 'state')} with values that are not finite")
     return words
 
 
-def _caption(inside: Inspection) -> str:
-    layout = _layout(inside)
+def _caption(inspection: Inspection) -> str:
+    layout = inspection.grid
     every = stride(room_for(layout))
     words = [
         "Colour: the state value, the largest of each cell's Q(s, a); lighter is more. Arrow: the action that has it, "
         "by the direction of its name",
-        *policy_words(inside),
+        *policy_words(inspection),
     ]
     if every > 1:
         words.append(f"Arrows are drawn in every {_ORDINALS.get(every, f'{every}th')} row and column only")
-    unmarked = [name for name in inside.action_names if direction(name) is None]
+    unmarked = [name for name in inspection.action_names if direction(name) is None]
     if len(unmarked) > len(MARKERS):
         words.append(f"{len(unmarked)} actions whose names mean no direction have no mark")
     return ". ".join(words) + "."
@@ -182,26 +167,28 @@ def _caption(inside: Inspection) -> str:
 _ORDINALS = {2: "second", 3: "third"}
 
 
-def _alt(inside: Inspection) -> str:
-    rows, columns = _layout(inside)
-    q, allowed = inside.q[0], inside.allowed[0]
+def _alt(inspection: Inspection) -> str:
+    rows, columns = inspection.grid
+    q, allowed = inspection.q[0], inspection.allowed[0]
     best = greedy(q, allowed)
-    counts = np.bincount(best[(best != NO_PREFERENCE) & ~inside.walls], minlength=inside.n_actions)
+    counts = np.bincount(best[(best != NO_PREFERENCE) & ~inspection.walls], minlength=inspection.n_actions)
     most = np.argsort(-counts, kind="stable")[:4]
-    chosen = joined(f"{inside.action_names[a]} in {counts[a]:,}" for a in most if counts[a])
+    chosen = joined(f"{inspection.action_names[a]} in {counts[a]:,}" for a in most if counts[a])
     text = f"A grid of {rows} rows and {columns} columns coloured by state value"
-    known = np.where(inside.walls, np.nan, values(q, allowed))
+    known = np.where(inspection.walls, np.nan, values(q, allowed))
     if np.isfinite(known).any():
         highest = int(np.nanargmax(known))
-        text += f", the highest in {where(highest, inside.layout)}, with an arrow for the greedy action: {chosen} cells"
-    return f"{text}. {int(inside.walls.sum()):,} cells are blocked."
+        text += (
+            f", the highest in {where(highest, inspection.layout)}, with an arrow for the greedy action: {chosen} cells"
+        )
+    return f"{text}. {int(inspection.walls.sum()):,} cells are blocked."
 
 
-POLICY = View(
-    "policy",
-    "Greedy policy and state values",
-    lambda inside: inside.layout is not None,
+POLICY = FigureSpec(
+    Inspection,
+    FigureText("policy", "Greedy policy and state values"),
     draw_policy,
     _caption,
     _alt,
+    applies=lambda one: one.layout is not None,
 )

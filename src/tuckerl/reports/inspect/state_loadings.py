@@ -6,18 +6,12 @@ import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from tuckerl.reports.inspect.cells import (
-    colour_bar,
-    draw_cells,
-    key_of_cells,
-    room_for,
-    sequential,
-    where,
-)
-from tuckerl.reports.inspect.content import STATES, Inspection, Loadings
-from tuckerl.reports.inspect.text import number, percent, percents
-from tuckerl.reports.inspect.view import WIDTH, View
-from tuckerl.reports.text import counted
+from tuckerl.generalization.loadings import STATES, Loadings
+from tuckerl.reports.figure import WIDTH, FigureSpec
+from tuckerl.reports.inspect.cells import colour_bar, draw_cells, key_of_cells, room_for, sequential, where
+from tuckerl.reports.inspect.content import Inspection
+from tuckerl.reports.text import counted, number, percent, percents
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 MOST_MAPS = 20
@@ -27,30 +21,24 @@ MOST_STATES = 400
 _ACROSS = 5
 
 
-def draw_states(inside: Inspection) -> Figure:
+def draw_states(inspection: Inspection) -> Figure:
     """Draw the columns of the state factor."""
-    loadings = _loadings(inside)
-    return _draw_maps(inside, loadings) if inside.layout is not None else _draw_rows(loadings)
+    loadings = inspection.decomposed
+    return _draw_maps(inspection, loadings) if inspection.layout is not None else _draw_rows(loadings)
 
 
-def on_all_states(inside: Inspection) -> FloatArray:
+def on_all_states(inspection: Inspection) -> FloatArray:
     """Return the state factor with a row for every state, (S, r): NaN where a state's row did not change."""
-    loadings = _loadings(inside)
+    loadings = inspection.decomposed
     factor = loadings.factors[STATES]
-    spread = np.full((inside.n_states, factor.shape[1]), np.nan)
+    spread = np.full((inspection.n_states, factor.shape[1]), np.nan)
     spread[loadings.states] = factor
     return spread
 
 
-def _loadings(inside: Inspection) -> Loadings:
-    if inside.loadings is None:
-        raise ValueError("there are no loadings to draw")
-    return inside.loadings
-
-
-def _draw_maps(inside: Inspection, loadings: Loadings) -> Figure:
-    layout = inside.layout or (1, inside.n_states)
-    columns = on_all_states(inside)
+def _draw_maps(inspection: Inspection, loadings: Loadings) -> Figure:
+    layout = inspection.layout or (1, inspection.n_states)
+    columns = on_all_states(inspection)
     n_maps = min(columns.shape[1], MOST_MAPS)
     rows, columns_of = layout
     across = min(n_maps, _ACROSS if columns_of <= 2.5 * rows else 3 if columns_of <= 5 * rows else 1)
@@ -67,7 +55,7 @@ def _draw_maps(inside: Inspection, loadings: Loadings) -> Figure:
         axes = figure.add_axes((left / WIDTH, (top - room.height) / height, room.width / WIDTH, room.height / height))
         largest = _largest(columns[:, place])
         colours = draw_cells(
-            axes, columns[:, place], layout, inside.walls, Normalize(-largest, largest), room, lines=False
+            axes, columns[:, place], layout, inspection.walls, Normalize(-largest, largest), room, lines=False
         )
         axes.set(xticks=[], yticks=[])
         axes.set_title(f"{place + 1}: {_short(energies[place])}\n±{number(largest)}", loc="left", fontsize=8, pad=2)
@@ -75,7 +63,7 @@ def _draw_maps(inside: Inspection, loadings: Loadings) -> Figure:
             colours.set_norm(Normalize(-1, 1))
             bar = colour_bar(axes, colours, "loading", [-1.0, 0.0, 1.0])
             bar.set_yticks([-1, 0, 1], ["\N{MINUS SIGN}largest", "0", "largest"])
-    key = key_of_cells(inside.walls, np.isnan(columns[:, 0]), "did not change")
+    key = key_of_cells(inspection.walls, np.isnan(columns[:, 0]), "did not change")
     if key:
         figure.legend(handles=key, loc="lower left", bbox_to_anchor=(0.2 / WIDTH, 0), ncols=2, frameon=False)
     return figure
@@ -130,8 +118,8 @@ def fit_words(loadings: Loadings) -> str:
     return f"the fit is {loadings.fit:.4g}, which means that {percent(explained)} of the tables' sum of squares is kept"
 
 
-def _caption(inside: Inspection) -> str:
-    loadings = _loadings(inside)
+def _caption(inspection: Inspection) -> str:
+    loadings = inspection.decomposed
     n_columns = loadings.factors[STATES].shape[1]
     share = percents(loadings.energies(STATES))
     words = [
@@ -139,14 +127,14 @@ def _caption(inside: Inspection) -> str:
         f"{fit_words(loadings)}. Of what is kept, they carry {share} (squares of the core)",
         "Lighter is positive, darker negative; each is scaled to its own largest magnitude, and its sign is arbitrary",
     ]
-    if inside.layout is not None:
+    if inspection.layout is not None:
         words.append("Over each map stand its share and that magnitude")
     if n_columns > MOST_MAPS:
         words.append(f"Only the first {MOST_MAPS} are drawn")
-    still = int((~inside.walls).sum()) - int((~inside.walls[loadings.states]).sum())
+    still = int((~inspection.walls).sum()) - int((~inspection.walls[loadings.states]).sum())
     if still:
         words.append(f"{counted(still, 'state')} did not change in these episodes and {_has(still)} no loadings")
-    if inside.layout is None:
+    if inspection.layout is None:
         words += _hidden(loadings)
     return ". ".join(words) + "."
 
@@ -171,25 +159,25 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _alt(inside: Inspection) -> str:
-    loadings = _loadings(inside)
+def _alt(inspection: Inspection) -> str:
+    loadings = inspection.decomposed
     factor = loadings.factors[STATES]
     if factor.size == 0:
         return "No state has loadings."
     peaks = []
     for place in range(min(3, factor.shape[1])):
         row = int(np.abs(factor[:, place]).argmax())
-        at = where(int(loadings.states[row]), inside.layout)
+        at = where(int(loadings.states[row]), inspection.layout)
         peaks.append(f"column {place + 1} is largest in {at}, {number(factor[row, place])}")
-    kind = "Small maps" if inside.layout is not None else "Rows of colours"
+    kind = "Small maps" if inspection.layout is not None else "Rows of colours"
     return f"{kind} of {counted(factor.shape[1], 'column')} of the state factor: {'; '.join(peaks)}."
 
 
-STATE_LOADINGS = View(
-    "state-loadings",
-    "State loadings",
-    lambda inside: inside.loadings is not None and inside.loadings.factors[STATES].size > 0,
+STATE_LOADINGS = FigureSpec(
+    Inspection,
+    FigureText("state-loadings", "State loadings"),
     draw_states,
     _caption,
     _alt,
+    applies=lambda one: one.loadings is not None and one.loadings.factors[STATES].size > 0,
 )

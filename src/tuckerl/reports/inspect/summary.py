@@ -5,9 +5,8 @@ from typing import Any
 import numpy as np
 
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.learner import name_of
-from tuckerl.reports.inspect.text import joined, number, span
-from tuckerl.reports.text import counted
+from tuckerl.reports.learner_text import name_of
+from tuckerl.reports.text import counted, joined, number, span
 from tuckerl.training.learner import Learner
 
 _MOST_ACTIONS = 10
@@ -34,19 +33,21 @@ def learner_lines(learner: Learner) -> list[str]:
         f"{counted(steps, 'step')}"
     )
     if learner.diverged_at is not None:
-        lines.append(f"A table left the finite numbers in episode {learner.diverged_at:,}, where learning stopped")
+        lines.append(
+            f"The values of a table were no longer finite in episode {learner.diverged_at:,}, where learning stopped"
+        )
     lines.append(f"Action weights: {_weights(learner)}")
     value = _value_of_start(learner)
     return lines if value is None else [*lines, f"Greedy value of the start (agent 0): {number(value)}"]
 
 
-def tensor_lines(inside: Inspection, shape: tuple[int, ...]) -> list[str]:
+def tensor_lines(inspection: Inspection, shape: tuple[int, ...]) -> list[str]:
     """Return a tensor's sizes, and how well its decomposition fits it."""
     kinds = zip(shape, ("state", "action", "episode", "agent"), strict=True)
     lines = [f"Tensor: {joined(counted(size, kind) for size, kind in kinds)}"]
-    if inside.loadings is None:
+    if inspection.loadings is None:
         return [*lines, "All of it is zero: there is nothing to decompose"]
-    return [*lines, f"Decomposition with ranks {inside.loadings.core.shape}: fit {number(inside.loadings.fit)}"]
+    return [*lines, f"Decomposition with ranks {inspection.loadings.core.shape}: fit {number(inspection.loadings.fit)}"]
 
 
 def _name(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""A user's own tensor of Q-tables as something to look into."""
+"""Inspecting a user's own tensor of Q-tables."""
 
 from collections.abc import Sequence
 
@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tuckerl.errors import ProblemError, TensorError
+from tuckerl.generalization.loadings import Loadings
 from tuckerl.generalization.step import empty_history
 from tuckerl.problems.parts import Layout, check_layout
-from tuckerl.reports.inspect.content import Inspection, Loadings
+from tuckerl.reports.inspect.content import Inspection
 from tuckerl.tensor import tucker
 from tuckerl.types import BoolArray, FloatArray, Ranks
 
@@ -56,8 +57,8 @@ def inspect_tensor(
     Examples
     --------
     >>> import numpy as np
-    >>> inside = inspect_tensor(np.ones((6, 2, 5, 1)), (1, 1, 1, 1), layout=(2, 3))
-    >>> inside.q.shape, inside.loadings.states.size, round(inside.loadings.fit, 6)
+    >>> inspection = inspect_tensor(np.ones((6, 2, 5, 1)), (1, 1, 1, 1), layout=(2, 3))
+    >>> inspection.q.shape, inspection.loadings.states.size, round(inspection.loadings.fit, 6)
     ((1, 6, 2), 6, 1.0)
     """
     tensor = np.asarray(X)
@@ -95,4 +96,4 @@ def _loadings(tensor: FloatArray, ranks: Ranks) -> Loadings | None:
         return None
     decomposition = tucker(rows, ranks)
     states = np.arange(len(tensor), dtype=np.int64)[used]
-    return Loadings(states, decomposition.factors, decomposition.core, decomposition.fit)
+    return Loadings(states, decomposition.factors, decomposition.core, tensor.shape[2], decomposition.fit)

@@ -8,23 +8,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.generalization.step import TensorStepHistory
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.cells import colour_bar, scale, sequential
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.text import number
-from tuckerl.reports.inspect.view import WIDTH, View
-from tuckerl.reports.styles import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, EndLabel, LineStyle, label_ends
-from tuckerl.reports.text import counted
+from tuckerl.reports.styles import ACTION_STYLES, EndLabel, LineStyle, label_ends, plot_line
+from tuckerl.reports.text import counted, number
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
-# Told apart by dash, marker and width as well, for they come to lie on one another.
-LOOKS = (
-    LineStyle(BLUE, "solid", "o", 2.4),
-    LineStyle(VERMILLION, "solid", "s", 1.5),
-    LineStyle(GREEN, "dashed", "^", 1.4),
-    LineStyle(PURPLE, "solid", "D", 1.5),
-    LineStyle(ORANGE, "dashdot", "v", 1.5),
-    LineStyle(SKY, "dotted", "P", 1.8),
-)
 MOST_DRAWN = 1000
 """So many windows are drawn; of more, every second, third, ..."""
 
@@ -34,27 +25,27 @@ _ROW = 0.155
 _NAMED = 45  # actions that all have their name beside them
 
 
-def draw_weights(inside: Inspection) -> Figure:
+def draw_weights(inspection: Inspection) -> Figure:
     """Draw a line for each of a few actions, a map for many."""
-    return _draw_lines(inside) if inside.n_actions <= len(LOOKS) else _draw_map(inside)
+    return _draw_lines(inspection) if inspection.n_actions <= len(ACTION_STYLES) else _draw_map(inspection)
 
 
-def _draw_lines(inside: Inspection) -> Figure:
-    history = drawn_windows(inside.history)
-    level = 1 / math.sqrt(inside.n_actions)
-    longest = max(len(name) for name in (*inside.action_names, _CONSTANT))
+def _draw_lines(inspection: Inspection) -> Figure:
+    history = drawn_windows(inspection.history)
+    level = 1 / math.sqrt(inspection.n_actions)
+    longest = max(len(name) for name in (*inspection.action_names, _CONSTANT))
     height, beside = 2.9, min(0.35 + 0.075 * longest, 2.2)
     figure = Figure(figsize=(WIDTH, height))
     axes = figure.add_axes((0.62 / WIDTH, 0.46 / height, (WIDTH - 0.62 - beside) / WIDTH, (height - 0.7) / height))
-    for place, (look, values) in enumerate(zip(LOOKS, history.weights.T, strict=False)):
-        draw_course(axes, history.episode, values, look, place / inside.n_actions)
+    for place, (look, values) in enumerate(zip(ACTION_STYLES, history.weights.T, strict=False)):
+        draw_course(axes, history.episode, values, look, place / inspection.n_actions)
     axes.axhline(level, color="0.3", linewidth=1, linestyle="dotted", zorder=1)
     axes.set_xlim(0, int(history.episode.max()))
     axes.margins(y=0.1)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("episodes finished")
     axes.set_ylabel("action weight ω (no unit)")
-    ends = zip(inside.action_names, history.weights[-1], LOOKS, strict=False)
+    ends = zip(inspection.action_names, history.weights[-1], ACTION_STYLES, strict=False)
     labels = [EndLabel(name, float(value), look.colour) for name, value, look in ends]
     label_ends(axes, [*labels, EndLabel(_CONSTANT, level, "0.3")])
     return figure
@@ -77,26 +68,15 @@ def windows_apart(history: TensorStepHistory) -> int:
 def draw_course(axes: Axes, episode: IntArray, values: FloatArray, look: LineStyle, shift: float = 0.0) -> None:
     """Draw what a number was after each window, with a few markers, `shift` of their distance to the right."""
     apart = max(1, len(episode) // _MARKERS)
-    axes.plot(
-        episode,
-        values,
-        color=look.colour,
-        linestyle=look.dash,
-        linewidth=look.width,
-        marker=look.marker,
-        markersize=2.5 + 1.5 * look.width,
-        markevery=(int(shift * apart), apart),
-        markeredgecolor="white",
-        markeredgewidth=0.6,
-        clip_on=False,
-    )
+    marks = (int(shift * apart), apart)
+    plot_line(axes, episode, values, look, markersize=2.5 + 1.5 * look.width, markevery=marks, clip_on=False)
 
 
-def _draw_map(inside: Inspection) -> Figure:
-    history = inside.history
-    high = min(8.0, max(1.2, _ROW * inside.n_actions))
+def _draw_map(inspection: Inspection) -> Figure:
+    history = inspection.history
+    high = min(8.0, max(1.2, _ROW * inspection.n_actions))
     height = high + 0.75
-    left = 0.55 + 0.065 * max(len(name) for name in inside.action_names)
+    left = 0.55 + 0.065 * max(len(name) for name in inspection.action_names)
     figure = Figure(figsize=(WIDTH, height))
     axes = figure.add_axes((left / WIDTH, 0.47 / height, (WIDTH - left - 1.0) / WIDTH, high / height))
     image = axes.imshow(
@@ -106,10 +86,10 @@ def _draw_map(inside: Inspection) -> Figure:
         interpolation="none",
         aspect="auto",
         # Windows are equally long: a column spans the one that its weights were worked out from.
-        extent=(0, int(history.episode[-1]), inside.n_actions - 0.5, -0.5),
+        extent=(0, int(history.episode[-1]), inspection.n_actions - 0.5, -0.5),
     )
-    every = max(1, -(-inside.n_actions // _NAMED))
-    axes.set_yticks(range(0, inside.n_actions, every), list(inside.action_names)[::every], parse_math=False)
+    every = max(1, -(-inspection.n_actions // _NAMED))
+    axes.set_yticks(range(0, inspection.n_actions, every), list(inspection.action_names)[::every], parse_math=False)
     axes.tick_params(axis="y", length=0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("episodes finished")
@@ -118,21 +98,21 @@ def _draw_map(inside: Inspection) -> Figure:
     return figure
 
 
-def _caption(inside: Inspection) -> str:
-    history, n_actions = inside.history, inside.n_actions
+def _caption(inspection: Inspection) -> str:
+    history, n_actions = inspection.history, inspection.n_actions
     last = history.weights[-1]
     low, high = int(last.argmin()), int(last.argmax())
     level = f"1/√{n_actions} = {1 / math.sqrt(n_actions):.3g}"
     drawn = (
         f"Dotted, the constant control, {level}{every_words(history)}"
-        if n_actions <= len(LOOKS)
+        if n_actions <= len(ACTION_STYLES)
         else f"Lighter is more; a column spans the window that its weights come from. The constant control is {level}"
     )
     ends = (
         f"all are {number(float(last[low]))}"
         if last[low] == last[high]
-        else f"the least is {number(float(last[low]))} ({inside.action_names[low]}), the largest "
-        f"{number(float(last[high]))} ({inside.action_names[high]})"
+        else f"the least is {number(float(last[low]))} ({inspection.action_names[low]}), the largest "
+        f"{number(float(last[high]))} ({inspection.action_names[high]})"
     )
     return (
         "What the learning rate is multiplied by for each action, as the tensor step set it after each of "
@@ -147,20 +127,20 @@ def every_words(history: TensorStepHistory) -> str:
     return f". Only the last window and one in {every} before it are drawn" if every > 1 else ""
 
 
-def _alt(inside: Inspection) -> str:
-    last = inside.history.weights[-1]
+def _alt(inspection: Inspection) -> str:
+    last = inspection.history.weights[-1]
     order = np.argsort(-last, kind="stable")
-    named = ", ".join(f"{inside.action_names[action]} {number(float(last[action]))}" for action in order[:6])
-    rest = f" and {inside.n_actions - 6} more" if inside.n_actions > 6 else ""
-    kind = "Curves" if inside.n_actions <= len(LOOKS) else "A map"
+    named = ", ".join(f"{inspection.action_names[action]} {number(float(last[action]))}" for action in order[:6])
+    rest = f" and {inspection.n_actions - 6} more" if inspection.n_actions > 6 else ""
+    kind = "Curves" if inspection.n_actions <= len(ACTION_STYLES) else "A map"
     return f"{kind} of each action's weight by window. After the last one, largest first: {named}{rest}."
 
 
-WEIGHTS = View(
-    "weights",
-    "Action weights by window",
-    lambda inside: inside.history.episode.size > 0,
+WEIGHTS = FigureSpec(
+    Inspection,
+    FigureText("weights", "Action weights by window"),
     draw_weights,
     _caption,
     _alt,
+    applies=lambda one: one.n_windows > 0,
 )

@@ -8,12 +8,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.generalization.step import TensorStepHistory
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.text import joined, number, percent, span
-from tuckerl.reports.inspect.view import WIDTH, View
 from tuckerl.reports.inspect.weights import draw_course, drawn_windows, every_words
-from tuckerl.reports.styles import BLACK, BLUE, GREEN, PURPLE, VERMILLION, EndLabel, LineStyle, label_ends
-from tuckerl.reports.text import counted
+from tuckerl.reports.styles import BLACK, BLUE, GREEN, PURPLE, VERMILLION, EndLabel, LineStyle, label_ends, write
+from tuckerl.reports.text import counted, joined, number, percent, span
+from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 _MODES = {
@@ -30,26 +30,26 @@ _SEEN_EDGES = 120  # windows between which white lines still leave colour
 _LISTED = 8
 
 
-def copied_counts(inside: Inspection) -> IntArray:
+def copied_counts(inspection: Inspection) -> IntArray:
     """Return after how many windows each agent's table was copied, and last, after how many none was: (N + 1,)."""
-    chosen = np.where(inside.history.chosen == _NOBODY, inside.n_agents, inside.history.chosen)
-    return np.bincount(chosen, minlength=inside.n_agents + 1)
+    chosen = np.where(inspection.history.chosen == _NOBODY, inspection.n_agents, inspection.history.chosen)
+    return np.bincount(chosen, minlength=inspection.n_agents + 1)
 
 
-def rows_of_agents(inside: Inspection) -> list[int]:
+def rows_of_agents(inspection: Inspection) -> list[int]:
     """Return the agents that have a row: all, or of very many those copied most often, in order of number."""
-    counts = copied_counts(inside)[:-1]
-    if inside.n_agents <= MOST_AGENTS:
-        return list(range(inside.n_agents))
+    counts = copied_counts(inspection)[:-1]
+    if inspection.n_agents <= MOST_AGENTS:
+        return list(range(inspection.n_agents))
     most = np.argsort(-counts, kind="stable")[:MOST_AGENTS]
     return sorted(int(agent) for agent in most if counts[agent])
 
 
-def draw_copied(inside: Inspection) -> Figure:
+def draw_copied(inspection: Inspection) -> Figure:
     """Draw a row for each agent, filled at the windows after which its table was copied by all."""
-    history, counts = inside.history, copied_counts(inside)
-    agents = rows_of_agents(inside)
-    rows = [*agents, inside.n_agents]
+    history, counts = inspection.history, copied_counts(inspection)
+    agents = rows_of_agents(inspection)
+    rows = [*agents, inspection.n_agents]
     high = max(0.6, (0.24 if len(rows) <= 12 else 0.17) * len(rows))
     height = high + 0.75
     figure = Figure(figsize=(WIDTH, height))
@@ -57,7 +57,7 @@ def draw_copied(inside: Inspection) -> Figure:
     starts = np.append(0, history.episode[:-1])
     edge = 0.5 if history.episode.size <= _SEEN_EDGES else 0.0
     for place, row in enumerate(rows):
-        nobody = row == inside.n_agents
+        nobody = row == inspection.n_agents
         mine = history.chosen == (_NOBODY if nobody else row)
         spans = list(zip(starts[mine].tolist(), (history.episode - starts)[mine].tolist(), strict=True))
         look: dict[str, Any] = {"facecolor": "0.8", "hatch": "////"} if nobody else {"facecolor": BLUE}
@@ -65,20 +65,14 @@ def draw_copied(inside: Inspection) -> Figure:
     axes.set_yticks(range(len(rows)), [*(f"agent {agent}" for agent in agents), "none or mixture"])
     for place, row in enumerate(rows):
         part = percent(counts[row] / counts.sum())
-        axes.text(
-            1.015,
-            place,
-            f"{counts[row]:,} ({part})" if counts[row] else "0",
-            transform=axes.get_yaxis_transform(),
-            fontsize=8,
-            verticalalignment="center",
-        )
+        words = f"{counts[row]:,} ({part})" if counts[row] else "0"
+        write(axes, 1.015, place, words, axes.get_yaxis_transform())
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_xlim(0, int(history.episode[-1]))
     _finish(axes, 10)
     axes.tick_params(axis="y", length=0)
     axes.set_title("table that all agents went on with", loc="left")
-    axes.text(1.015, 1.0, " windows", transform=axes.transAxes, fontsize=8, va="bottom")
+    write(axes, 1.015, 1.0, " windows", axes.transAxes, verticalalignment="bottom")
     return figure
 
 
@@ -87,8 +81,8 @@ def _finish(axes: Axes, n_ticks: int) -> None:
     axes.set_xlabel("episodes finished")
 
 
-def _copied_caption(inside: Inspection) -> str:
-    counts = copied_counts(inside)
+def _copied_caption(inspection: Inspection) -> str:
+    counts = copied_counts(inspection)
     windows = counted(int(counts.sum()), "window")
     most = np.argsort(-counts[:-1], kind="stable")[:_LISTED]
     listed = [f"agent {agent}'s after {counts[agent]:,}" for agent in most if counts[agent]]
@@ -98,33 +92,33 @@ def _copied_caption(inside: Inspection) -> str:
     words = f"Of {windows}, all agents went on with " + (joined(listed) if listed else "one agent's table after none")
     if counts[-1]:
         words += f"; after {counts[-1]:,} no single table was copied (nothing was shared, or a mixture of the tables)"
-    hidden = inside.n_agents - len(rows_of_agents(inside))
+    hidden = inspection.n_agents - len(rows_of_agents(inspection))
     if hidden:
         words += f". {hidden:,} agents, copied seldom or never, are not drawn"
     return f"{words}. A bar spans the window of episodes that the choice was made from."
 
 
-def _copied_alt(inside: Inspection) -> str:
-    counts = copied_counts(inside)
-    listed = [f"agent {agent} {counts[agent]:,}" for agent in range(min(inside.n_agents, _LISTED))]
+def _copied_alt(inspection: Inspection) -> str:
+    counts = copied_counts(inspection)
+    listed = [f"agent {agent} {counts[agent]:,}" for agent in range(min(inspection.n_agents, _LISTED))]
     return (
         f"A strip for each agent. Windows after which its table was copied: {', '.join(listed)}; none {counts[-1]:,}."
     )
 
 
-COPIED = View(
-    "copied",
-    "Who was copied when",
-    lambda inside: inside.n_agents > 1 and inside.history.episode.size > 0,
+COPIED = FigureSpec(
+    Inspection,
+    FigureText("copied", "Who was copied when"),
     draw_copied,
     _copied_caption,
     _copied_alt,
+    applies=lambda one: one.n_agents > 1 and one.n_windows > 0,
 )
 
 
-def draw_fit(inside: Inspection) -> Figure:
+def draw_fit(inspection: Inspection) -> Figure:
     """Draw the fit of each window's decomposition and the ranks that it used."""
-    history = drawn_windows(inside.history)
+    history = drawn_windows(inspection.history)
     height = 2.7
     figure = Figure(figsize=(WIDTH, height))
     panel = (0.46 / height, (height - 0.76) / height)
@@ -158,32 +152,32 @@ def _used(history: TensorStepHistory) -> FloatArray:
     return ranks
 
 
-def _fit_caption(inside: Inspection) -> str:
-    fit = inside.history.fit[np.isfinite(inside.history.fit)]
-    without = inside.history.fit.size - fit.size
+def _fit_caption(inspection: Inspection) -> str:
+    fit = inspection.history.fit[np.isfinite(inspection.history.fit)]
+    without = inspection.history.fit.size - fit.size
     words = "Left: the fit of each window's Tucker decomposition, 1 minus the relative error (1 is exact)"
     if fit.size:
         words += f"; it is {span(fit)}, after the last one {number(float(fit[-1]))}"
-    ranks = _used(inside.history)
+    ranks = _used(inspection.history)
     listed = [f"{name} {span(column[np.isfinite(column)])}" for name, column in zip(_MODES, ranks.T, strict=True)]
     words += f". Right: the columns of each factor, clipped to what the tables allow: {joined(listed)}"
     if without:
         words += f". {counted(without, 'window')} had no decomposition (nothing was learned yet)"
-    return f"{words}{every_words(inside.history)}."
+    return f"{words}{every_words(inspection.history)}."
 
 
-def _fit_alt(inside: Inspection) -> str:
-    fit = inside.history.fit[np.isfinite(inside.history.fit)]
+def _fit_alt(inspection: Inspection) -> str:
+    fit = inspection.history.fit[np.isfinite(inspection.history.fit)]
     return (
         f"Curves of the fit and of the four ranks by window. The fit is {span(fit)} over {counted(fit.size, 'window')}."
     )
 
 
-FIT = View(
-    "fit",
-    "Fit and ranks by window",
-    lambda inside: bool(np.isfinite(inside.history.fit).any() and inside.history.ranks.any()),
+FIT = FigureSpec(
+    Inspection,
+    FigureText("fit", "Fit and ranks by window"),
     draw_fit,
     _fit_caption,
     _fit_alt,
+    applies=lambda one: bool(np.isfinite(one.history.fit).any() and one.history.ranks.any()),
 )

@@ -1,9 +1,9 @@
 """How actions are chosen. To add a policy, write its file and list it in `POLICIES`."""
 
-from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple
 
 from tuckerl.checks import check_name
+from tuckerl.registers import load
 
 if TYPE_CHECKING:
     from tuckerl.training.policies.policy import Policy
@@ -12,14 +12,18 @@ if TYPE_CHECKING:
 class PolicyEntry(NamedTuple):
     """A policy in the register."""
 
-    module: str
+    home: str
     description: str
 
 
 POLICIES = {
-    "EpsilonGreedy": PolicyEntry("epsilon_greedy", "a random action with probability epsilon, else a greedy one"),
-    "Greedy": PolicyEntry("greedy", "an action of the largest value"),
-    "OwnDistribution": PolicyEntry("own_distribution", "drawn from the distribution that the algorithm itself learns"),
+    "EpsilonGreedy": PolicyEntry(
+        f"{__name__}.epsilon_greedy", "a random action with probability epsilon, else a greedy one"
+    ),
+    "Greedy": PolicyEntry(f"{__name__}.greedy", "an action of the largest value"),
+    "OwnDistribution": PolicyEntry(
+        f"{__name__}.own_distribution", "drawn from the distribution that the algorithm learns"
+    ),
 }
 """The policies by the names of their classes."""
 
@@ -33,5 +37,5 @@ def policy_class(name: str) -> type["Policy"]:
         If there is none of this name.
     """
     entry = POLICIES[check_name("policy", name, POLICIES)]
-    kind: type[Policy] = getattr(import_module(f"{__name__}.{entry.module}"), name)
+    kind: type[Policy] = load(f"{entry.home}:{name}")
     return kind

@@ -1,0 +1,13 @@
+"""The options that several commands take."""
+
+from typing import Annotated
+
+import typer
+
+Workers = Annotated[int | None, typer.Option(help="Processes. Default: one for each core.")]
+Seed = Annotated[int, typer.Option(help="Decides all results.")]
+EnvSettings = Annotated[
+    list[str] | None,
+    typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
+]
+OverwriteStudy = Annotated[bool, typer.Option("--overwrite", help="Replace another study's results in the folder.")]

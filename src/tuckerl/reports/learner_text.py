@@ -1,0 +1,43 @@
+"""What is said of one learner: its name, how it plays, how its training went, how its greedy episodes are."""
+
+import math
+
+from tuckerl.reports.text import counted, typed
+from tuckerl.studies.training import TrainingResult
+from tuckerl.training.evaluation import Evaluation
+from tuckerl.training.learner import Learner
+
+
+def name_of(learner: Learner) -> str:
+    """Return the learner's class and what it learned on."""
+    t_version = " with a tensor step" if learner.tensor_step is not None else ""
+    source = getattr(learner.problem, "source", None)
+    return f"{type(learner).__name__}{t_version}{f' on {source}' if source else ''}"
+
+
+def how_it_plays(environment: str, learner: Learner) -> str:
+    """Return how an environment is played: in compiled code, or stepped in Python."""
+    instead = "; --set compiled=false steps the environment instead" if learner.problem.is_compiled else ""
+    return f"{environment}: {learner.problem.describe()}{instead}"
+
+
+def training_lines(result: TrainingResult) -> list[str]:
+    """Return how a training went, line by line."""
+    speed = "" if math.isnan(result.rate) else f", {result.rate:,.0f} steps a second"
+    lines = [f"{counted(result.episodes, 'episode')}, {counted(result.steps, 'step')}{speed}"]
+    if result.n_last:
+        last = "the last episode" if result.n_last == 1 else f"the last {result.n_last:,} episodes"
+        lines.append(f"Mean return of {last} of learning: {typed(result.last_return)}")
+    return lines if result.evaluation is None else [*lines, *evaluation_lines(result.evaluation)]
+
+
+def evaluation_lines(evaluation: Evaluation) -> list[str]:
+    """Return what greedy episodes were like, line by line."""
+    interval = ""
+    if not math.isnan(evaluation.low):
+        interval = f", 95 % interval {typed(evaluation.low)} to {typed(evaluation.high)}"
+    episodes = counted(len(evaluation.returns), "greedy episode")
+    return [
+        f"Mean return of {episodes}: {typed(evaluation.mean)}{interval}",
+        f"Mean steps of them: {typed(float(evaluation.steps.mean()))}",
+    ]

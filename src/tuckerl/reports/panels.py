@@ -1,0 +1,103 @@
+"""Two panels of curves: each variant's own above, and below what it has gained on the base."""
+
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+from tuckerl.reports.styles import EndLabel, LineStyle, label_ends, line_styles, plot_line
+from tuckerl.reports.text import counted, whole
+from tuckerl.studies.statistics import Band
+from tuckerl.studies.study import Scenario
+from tuckerl.studies.summary import Curve
+from tuckerl.types import IntArray
+
+_CONTROLS, _MAIN = 2.0, 3.0  # orders of drawing
+
+
+class Line(NamedTuple):
+    """A variant's line in one panel."""
+
+    variant: str
+    band: Band
+
+
+class Panels(NamedTuple):
+    """Two panels of curves: each variant's own, and below by how much it is better than the base, the first one."""
+
+    scenario: Scenario
+    episode: IntArray  # (P,) that the points stand for
+    curves: tuple[Curve, ...]
+    larger_is_better: bool
+    total: str  # the words of the axes
+    gain: str
+    counts_steps: bool  # from 0 on, in whole numbers
+
+    @property
+    def styles(self) -> dict[str, LineStyle]:
+        """Each variant's look."""
+        return line_styles(self.scenario)
+
+    @property
+    def totals(self) -> list[Line]:
+        """The lines of the upper panel."""
+        return [Line(curve.variant, curve.band) for curve in self.curves]
+
+    @property
+    def gains(self) -> list[Line]:
+        """The lines of the lower panel: of the base zero throughout, of all others by how much they are better."""
+        base, *others = self.curves
+        nothing = np.zeros(base.band.mean.size)
+        lines = [Line(base.variant, Band(nothing, nothing, nothing))]
+        for curve in others:
+            mean, low, high = curve.against_base
+            band = curve.against_base if self.larger_is_better else Band(-mean, -high, -low)
+            lines.append(Line(curve.variant, band))
+        return lines
+
+
+def draw_panels(panels: Panels) -> Figure:
+    """Draw both panels, with 95 % bands."""
+    figure = Figure(figsize=(6.9, 6.0))
+    upper, lower = figure.subplots(
+        2, sharex=True, gridspec_kw={"left": 0.115, "right": 0.78, "top": 0.985, "bottom": 0.07, "hspace": 0.09}
+    )
+    styles, (base, *gains) = panels.styles, panels.gains
+    for axes, lines in ((upper, panels.totals), (lower, gains)):
+        for place, line in enumerate(lines):
+            _draw_line(axes, panels.episode, line.band, styles[line.variant], place)
+        axes.set_xlim(0, int(panels.episode[-1]))
+        axes.margins(y=0.04)
+        if panels.counts_steps:
+            axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: whole(value)))
+    if panels.counts_steps:
+        upper.set_ylim(bottom=0)
+    look = styles[base.variant]
+    lower.axhline(0, color=look.colour, linewidth=look.width, zorder=_CONTROLS)
+    upper.set_ylabel(panels.total)
+    lower.set_ylabel(panels.gain, parse_math=False)
+    lower.set_xlabel("episodes")
+    lower.xaxis.set_major_locator(MaxNLocator(integer=True))
+    for axes, lines in ((upper, panels.totals), (lower, panels.gains)):
+        label_ends(
+            axes, [EndLabel(line.variant, float(line.band.mean[-1]), styles[line.variant].colour) for line in lines]
+        )
+    return figure
+
+
+def _draw_line(axes: Axes, episodes: IntArray, band: Band, look: LineStyle, place: int) -> None:
+    """Draw one variant's band and mean; `place` counts the lines before it."""
+    every = max(band.mean.size // 8, 1)
+    order = _MAIN if look.marker else _CONTROLS
+    shade = 0.18 if look.marker else 0.09  # nine bands on one another: the controls' are paler
+    axes.fill_between(episodes, band.low, band.high, color=look.colour, alpha=shade, linewidth=0, zorder=order - 0.5)
+    marks = ((place * every // 3) % every, every)  # markers of close lines do not cover each other
+    plot_line(axes, episodes, band.mean, look, markersize=5, markevery=marks, zorder=order)
+
+
+def left_out(curves: tuple[Curve, ...]) -> str:
+    """Return how many runs are left out, if any."""
+    lost = sum(curve.n_diverged for curve in curves)
+    return f" Left out because they diverged: {counted(lost, 'run')} of single variants." if lost else ""

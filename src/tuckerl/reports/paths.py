@@ -1,0 +1,137 @@
+"""The paths that the variants found in one maze: the form of Figure 10."""
+
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from tuckerl.errors import ProblemError
+from tuckerl.problems.maze import Cell, Maze
+from tuckerl.reports.figure import FigureSpec
+from tuckerl.reports.styles import BLACK, GREEN, LineStyle, line_styles
+from tuckerl.reports.text import counted, joined
+from tuckerl.studies.figure_text import PathText
+from tuckerl.studies.summary import Path, Summary
+
+_WALL = "0.7"
+_SHORTEST = LineStyle(GREEN, "solid", "", 1.6)
+
+
+def draw_paths(summary: Summary) -> Figure:
+    """Draw each variant's shortest episode beside the shortest possible path."""
+    maze = first_maze(summary)
+    styles = line_styles(summary.scenario)
+    figure = Figure(figsize=(7.4, 2.75))
+    panels = figure.subplots(
+        1,
+        len(summary.paths) + 1,
+        sharey=True,
+        squeeze=False,
+        gridspec_kw={"left": 0.06, "right": 0.995, "top": 0.84, "bottom": 0.19, "wspace": 0.07},
+    )[0]
+    for axes, path in zip(panels, summary.paths, strict=False):
+        cells = [maze.cell(state) for state in path.states]
+        _draw_panel(axes, maze, cells, styles[path.variant])
+        _title(axes, path.variant, path_words(summary, maze, path))
+    shortest = maze.shortest_path()
+    _draw_panel(panels[-1], maze, shortest, _SHORTEST)
+    _title(panels[-1], "shortest possible", f"{len(shortest) - 1} steps")
+    panels[0].set_ylabel("row", labelpad=1)
+    figure.legend(
+        *panels[-1].get_legend_handles_labels(), loc="lower center", ncols=2, frameon=False, bbox_to_anchor=(0.5, -0.02)
+    )
+    return figure
+
+
+def first_maze(summary: Summary) -> Maze:
+    """Return the maze of instance 0.
+
+    Raises
+    ------
+    ProblemError
+        If the scenario's problem is not a maze.
+    """
+    scenario = summary.scenario
+    maze = scenario.problem(0)
+    if not isinstance(maze, Maze):
+        raise ProblemError(f"only paths in a Maze can be drawn; {scenario.name}'s problem is {maze!r}")
+    return maze
+
+
+def _text(summary: Summary) -> PathText:
+    scenario = summary.scenario
+    return scenario.text_of(PathText(f"paths-{scenario.name}", f"{scenario.title}: paths found in one maze"))
+
+
+def path_words(summary: Summary, maze: Maze, path: Path) -> str:
+    """Return a path's length in words, and the paper's where it gives one."""
+    if path.states.size == 0:
+        return "no finished episode"
+    words = counted(path.states.size - 1, "step")
+    if maze.cell(path.states[-1]) != maze.goal:
+        words += ", goal not reached"
+    paper = _text(summary).paper_steps.get(path.variant)
+    return words if paper is None else f"{words} (paper: {paper})"
+
+
+def _draw_panel(axes: Axes, maze: Maze, cells: list[Cell], look: LineStyle) -> None:
+    squares = [
+        [(column - 0.5, row - 0.5), (column + 0.5, row - 0.5), (column + 0.5, row + 0.5), (column - 0.5, row + 0.5)]
+        for row in range(maze.rows)
+        for column in range(maze.columns)
+        if maze.walls[row, column]
+    ]
+    axes.add_collection(PolyCollection(squares, facecolors=_WALL, edgecolors="none"), autolim=False)
+    axes.plot([c for _, c in cells], [r for r, _ in cells], color=look.colour, linewidth=1.5, solid_joinstyle="round")
+    ring = {"linestyle": "none", "markerfacecolor": "white", "markeredgewidth": 1.2, "zorder": 4}
+    axes.plot(*maze.start[::-1], marker="s", markersize=5, markeredgecolor=BLACK, label="start", **ring)  # type: ignore[arg-type]
+    axes.plot(*maze.goal[::-1], marker="D", markersize=5, markeredgecolor=BLACK, label="goal", **ring)  # type: ignore[arg-type]
+    axes.set_xlim(-0.5, maze.columns - 0.5)
+    axes.set_ylim(maze.rows - 0.5, -0.5)  # row 0 is at the top
+    axes.set_aspect("equal")
+    axes.set_xlabel("column", labelpad=1)
+    for spine in axes.spines.values():
+        spine.set_visible(True)
+
+
+def _title(axes: Axes, name: str, words: str) -> None:
+    axes.set_title(name, fontweight="bold", loc="left", pad=15, parse_math=False)
+    axes.text(0, 1.03, words, fontsize=8, transform=axes.transAxes)
+
+
+def _caption(summary: Summary) -> str:
+    scenario = summary.scenario
+    shortest = len(first_maze(summary).shortest_path()) - 1
+    words = [
+        f"The shortest of {counted(scenario.n_episodes, 'episode')} that each variant walked in maze 0, run 0, while "
+        "learning went on (of several agents, the one with the shortest); right, the shortest possible path, "
+        f"{shortest} steps. A step into a wall or over the border counts and does not move."
+    ]
+    if _text(summary).paper_steps:
+        words.append(
+            "The paper's numbers belong to a maze that it does not publish: only their order can be compared, and one "
+            "maze decides nothing."
+        )
+    judged = [comparison.id for comparison in scenario.comparisons if comparison.measure == "path"]
+    if judged:
+        claims_are = "Claims {} are" if len(judged) > 1 else "Claim {} is"
+        words.append(f"{claims_are.format(joined(judged))} judged on all.")
+    return " ".join(words)
+
+
+def _alt(summary: Summary) -> str:
+    maze = first_maze(summary)
+    paths = "; ".join(f"{path.variant}: {path_words(summary, maze, path)}" for path in summary.paths)
+    return (
+        f"One maze drawn {len(summary.paths) + 1} times with a path from start to goal. {paths}. Shortest possible: "
+        f"{len(maze.shortest_path()) - 1} steps."
+    )
+
+
+PATHS = FigureSpec(
+    Summary,
+    _text,
+    draw_paths,
+    _caption,
+    _alt,
+    applies=lambda one: bool(one.paths) and isinstance(one.scenario.problem(0), Maze),
+)

@@ -1,0 +1,128 @@
+"""What came out of a comparison: the paired difference, the same against the control, and curves."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from tuckerl.studies.comparison import ComparisonStudy
+from tuckerl.studies.runner import StudyTables
+from tuckerl.studies.statistics import (
+    MEASURES,
+    Difference,
+    Measure,
+    compare_with_control,
+    finite_values,
+    json_number,
+    mean_band,
+)
+from tuckerl.studies.summary import Curve, Samples, finite_runs, mean_seconds, paired_curves
+from tuckerl.types import FloatArray, IntArray
+
+MOST_POINTS = 100  # of a curve: with more episodes, each point is the mean of several
+VERDICTS = {"holds": "better", "does not hold": "worse", "not decided": "not decided"}
+
+
+class Estimate(NamedTuple):
+    """A variant's mean over runs; NaN where it is not known."""
+
+    variant: str
+    mean: float
+    low: float  # 95 % interval of the mean over runs, by Student's t
+    high: float
+    n_runs: int
+    n_diverged: int
+    seconds: float  # processor time of a run and agent
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the variant's entry in ``compare.json``."""
+        numbers = {name: json_number(getattr(self, name)) for name in ("mean", "low", "high")}
+        return {"variant": self.variant} | numbers | {"runs": self.n_runs, "diverged": self.n_diverged}
+
+
+class ComparisonResult(NamedTuple):
+    """A comparison and its result."""
+
+    study: ComparisonStudy
+    difference: Difference  # of the candidate to the base
+    control: Difference  # of the candidate to the control; nothing where there is none
+    estimates: tuple[Estimate, ...]  # in the order of the variants: base, candidate, control
+    episode: IntArray  # (P,) the last one that each point of the curves stands for
+    curves: tuple[Curve, ...]  # by points: the measured quantity in an episode
+
+    @property
+    def verdict(self) -> str:
+        """Whether the candidate is "better", "worse" or it is "not decided"."""
+        return VERDICTS[self.difference.verdict]
+
+    @property
+    def measure(self) -> Measure:
+        """What is measured."""
+        return MEASURES[self.study.config.measure]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the content of ``compare.json``."""
+        config, comparison = self.study.config, self.study.comparison
+        return {
+            "base": comparison.base,
+            "candidate": comparison.candidate,
+            "environment": config.environment,
+            "environment_keywords": dict(config.keywords),
+            "measure": config.measure,
+            "larger_is_better": self.measure.larger_is_better,
+            "verdict": self.verdict,
+            "relative": self.difference.relative,
+            "difference": json_number(self.difference.mean),
+            "low": json_number(self.difference.low),
+            "high": json_number(self.difference.high),
+            "control": comparison.control or None,
+            "control_difference": json_number(self.control.mean),
+            "control_low": json_number(self.control.low),
+            "control_high": json_number(self.control.high),
+            "no_control": self.study.no_control or None,
+            "runs": self.difference.n_pairs,
+            "diverged": self.difference.n_diverged,
+            "episodes": config.n_episodes,
+            "seed": config.seed,
+            "variants": [estimate.to_dict() for estimate in self.estimates],
+        }
+
+
+def summarise_comparison(study: ComparisonStudy, tables: StudyTables) -> ComparisonResult:
+    """Return what came out of a comparison's study."""
+    config, measure = study.config, MEASURES[study.config.measure]
+    entropy = [config.seed, study.scenario.number]
+    difference, control = compare_with_control(tables.runs, study.comparison, entropy)
+    per_point = math.ceil(config.n_episodes / MOST_POINTS)
+    names = [variant.name for variant in study.scenario.variants]
+    samples = {
+        name: _by_points(tables.runs.filter(pl.col("variant") == name), measure.column, per_point) for name in names
+    }
+    seconds = mean_seconds(tables.times)
+    estimates = (
+        _estimate(name, finite_values(tables.runs, name, measure), samples[name].n_diverged, seconds[name])
+        for name in names
+    )
+    episode = np.minimum(np.arange(1, math.ceil(config.n_episodes / per_point) + 1) * per_point, config.n_episodes)
+    return ComparisonResult(study, difference, control, tuple(estimates), episode, paired_curves(samples))
+
+
+def _by_points(runs: pl.DataFrame, column: str, per_point: int) -> Samples:
+    """Return the mean over a variant's agents, and over as many episodes as one point stands for."""
+    finite, kept, n_diverged = finite_runs(runs)
+    n_episodes = int(runs["episode"].max() or 0) + 1  # type: ignore[arg-type]  # an integer column
+    ordered = finite.sort("run", "episode", "agent")[column].to_numpy().astype(np.float64)
+    by_episode = ordered.reshape(kept.len(), n_episodes, -1).mean(axis=2) if kept.len() else np.zeros((0, n_episodes))
+    starts = np.arange(0, n_episodes, per_point)
+    sums = np.add.reduceat(by_episode, starts, axis=1)
+    return Samples(kept.to_numpy(), sums / np.diff([*starts, n_episodes]), n_diverged)
+
+
+def _estimate(name: str, values: FloatArray, n_diverged: int, seconds: float) -> Estimate:
+    if values.size == 0:
+        return Estimate(name, math.nan, math.nan, math.nan, 0, n_diverged, seconds)
+    mean, low, high = (float(bound[0]) for bound in mean_band(values[:, np.newaxis]))
+    if values.size < 2:
+        low = high = math.nan
+    return Estimate(name, mean, low, high, values.size, n_diverged, seconds)
