@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/inspect.md: ``python docs/pictures/inspect.py`` writes them beside this file."""
+"""Draw the pictures of docs/inspect.md: ``python docs/pictures/inspection.py`` writes them beside this file."""
 
 from pathlib import Path
 
