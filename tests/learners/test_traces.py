@@ -89,7 +89,7 @@ def test_a_copied_agents_traces_replace_what_was_there() -> None:
     learner = SarsaLambda(random_mdp(3, n_states=12), carry_trace=True, lambda_=0.99, n_agents=3, seed=1).learn(4)
 
     def dense(agent: int) -> Any:
-        traces = learner._state.declared[agent]["traces"]
+        traces = learner.declared[agent]["traces"]
         slots = traces.slot
         assert set(slots[slots > 0].tolist()) == set(range(1, int(traces.cursor[ROWS]) + 1))
         np.testing.assert_array_equal(traces.state[slots[slots > 0]], np.flatnonzero(slots))
@@ -182,7 +182,7 @@ def test_the_agents_of_a_team_explore_on_their_own() -> None:
 @pytest.mark.parametrize("learner", [SarsaLambda, TeamQ])
 def test_nothing_is_pending_after_learning(learner: Any, carry_trace: bool) -> None:
     made = learner(random_mdp(63, limit=700, ends=0.001), carry_trace=carry_trace, seed=1).learn(3)
-    traces = made._state.declared[0]["traces"]
+    traces = made.declared[0]["traces"]
     assert traces.clock.tolist() == [1.0, 0.0, 0.0]
     assert traces.cursor[EPOCH] == 0
     assert not traces.synced[1 : traces.cursor[ROWS] + 1].any()
@@ -195,10 +195,10 @@ def test_rows_are_bounded_by_the_length_of_a_trace_not_by_the_states(monkeypatch
     states = np.arange(n_states)[:, None]
     ring = TabularMDP((states + 1) % n_states, np.ones((n_states, 1)), states < 0, max_episode_steps=n_states)
     learner = SarsaLambda(ring, gamma=1.0, lambda_=0.5, carry_trace=True, seed=0).learn(1)
-    alive = int(learner._state.declared[0]["traces"].cursor[ROWS])
+    alive = int(learner.declared[0]["traces"].cursor[ROWS])
     assert 900 < alive < 1000
     # The slots that were ever used: those alive, and as many as 40 epochs of 27 steps add before a flush.
-    used = int((learner._state.declared[0]["traces"].state > 0).sum())
+    used = int((learner.declared[0]["traces"].state > 0).sum())
     assert alive <= used < alive + module._N_EPOCHS * 27 + 27
 
 

@@ -106,7 +106,7 @@ class Undeclared(ExpectedSarsa):
         return ()
 
     def algorithm_state(self, declared: Mapping[str, Any], scheduled: FloatArray) -> Any:
-        agent = next(i for i, own in enumerate(self._state.declared) if own is declared)
+        agent = next(i for i, own in enumerate(self.declared) if own is declared)
         return ExpectedSarsaState(updates=self._counts[agent], **self.constants())
 
 
@@ -128,7 +128,7 @@ class OneForAll(ExpectedSarsa):
     fault = COUNTS
 
     def algorithm_state(self, declared: Mapping[str, Any], scheduled: FloatArray) -> Any:
-        return super().algorithm_state(self._state.declared[0], scheduled)
+        return super().algorithm_state(self.declared[0], scheduled)
 
 
 def wrong(fault: int) -> type[Learner]:

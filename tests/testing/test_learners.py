@@ -17,13 +17,13 @@ from tuckerl.testing import check_learner
     ("fault", "message"),
     [
         (faults.ASCENDS, r"must learn to go right .* look at the sign"),
-        (faults.UNMARKED, r"changed row \d in episode 0 and did not record it: call record_change"),
-        (faults.MARKED_LATE, r"changed row \d in episode \d and did not record it: call record_change"),
+        (faults.UNMARKED, r"changed row \d of agent.q in episode 0 and did not record it: call record_change"),
+        (faults.MARKED_LATE, r"changed row \d of agent.q in episode \d and did not record it: call record_change"),
         (faults.BOOTSTRAPS_ENDS, r"ends the episode .* worth 0.5 .* Wrong has 6.8: discount, which is 0"),
         (faults.DROPS_TRUNCATED, r"is cut off .* worth 6.8 .* Wrong has 0.5: .* use discount, not ended"),
-        (faults.TAKES_ANY, r"took action 2 in state \d, where it is forbidden: choose by epsilon_greedy"),
+        (faults.TAKES_ANY, r"took action 2 in state \d, where it is forbidden: let the policy choose"),
         (faults.BELIEVES_ANY, r"counted on forbidden actions: values rose to .* best_value"),
-        (faults.IGNORES_INFINITY, r"learning must stop .* let turn return NOT_FINITE"),
+        (faults.IGNORES_INFINITY, r"learning must stop .* let update, or end_episode, return False"),
         (faults.UNSEEDED, r"same seed must learn the same; .* draw by tuckerl.rng.uniform"),
     ],
 )
@@ -106,12 +106,16 @@ class Peeks(QLearning):
 @pytest.mark.parametrize(
     ("learner", "parameters", "message"),
     [
-        (Undeclared, {}, r"saved and loaded must go on .* _saved_arrays and restored by _restore_arrays"),
-        (MadeAnew, {}, r"learning 13 and then 5 episodes must equal learning 18.* be made anew in _method"),
-        (OneForAll, {}, r"agents must not depend on how many there are.* arrays of that agent only"),
+        (
+            Undeclared,
+            {},
+            r"'updates' of ExpectedSarsaState changed while Undeclared learned: .* from declare_state instead",
+        ),
+        (MadeAnew, {}, r"learning 13 and then 5 episodes must equal learning 18.* not one that constants makes anew"),
+        (OneForAll, {}, r"agents must not depend on how many there are.* declare_state what an agent keeps"),
         (Deaf, {}, r"Deaf\(alhpa=0.25\) must be refused"),
         (Stubborn, {}, r"Stubborn\(alpha=0.25\) has alpha=0.1: pass all keywords on"),
-        (Unsaid, {"boldness": 1.0}, r"Unsaid.load must read what save wrote; it raised TypeError.* by _parameters"),
+        (Unsaid, {"boldness": 1.0}, r"Unsaid has no attribute 'boldness': set self.boldness = boldness"),
         (Fixed, {}, r"with the seeds 0 and 1 it learned the same on a slippery floor"),
         (Alike, {}, r"two agents of Alike learned the same by chance"),
         (Peeks, {}, r"the same from a corridor's arrays as from the corridor stepped in Python; q\[0, \d, \d\] was"),

@@ -238,7 +238,7 @@ PROBLEM = random_mdp(21, n_states=9, n_outcomes=2, limit=8)
 
 
 def held_by(learner: Learner) -> list[dict[str, Any]]:
-    return [{name: array.copy() for name, array in declared.items()} for declared in learner._state.declared]
+    return [{name: array.copy() for name, array in declared.items()} for declared in learner.declared]
 
 
 def test_every_kind_is_among_them() -> None:

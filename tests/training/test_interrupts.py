@@ -28,7 +28,7 @@ class Interrupted(QLearning):
     pressed = False
 
     def algorithm_state(self, declared: Mapping[str, Any], scheduled: FloatArray) -> Any:
-        if declared is self._state.declared[1] and not self.pressed:
+        if declared is self.declared[1] and not self.pressed:
             self.pressed = True
             signal.raise_signal(signal.SIGINT)
         return super().algorithm_state(declared, scheduled)

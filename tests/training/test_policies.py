@@ -231,7 +231,7 @@ ONE = TabularMDP([[0, 0, 0]], [[0.0, 1.0, 2.0]], [[True, True, True]], max_episo
 
 def with_chances(chances: list[float], **parameters: Any) -> Chances:
     learner = Chances(ONE, seed=1, **parameters)
-    learner._state.declared[0]["chances"][0] = chances
+    learner.declared[0]["chances"][0] = chances
     return learner
 
 

@@ -74,7 +74,7 @@ class Studies(Learner):
         return {"call": self.call.arrays, "in_update": self.in_update}
 
     def kept(self, name: str) -> list[list[float]]:
-        return [declared[name].tolist() for declared in self._state.declared]
+        return [declared[name].tolist() for declared in self.declared]
 
 
 class NoRoadError(Exception):
@@ -114,7 +114,7 @@ def test_what_the_function_writes_into_arrays_is_read_by_kernels() -> None:
     learner: Studies
 
     def advise(argument: int) -> int:
-        learner._state.declared[0]["advice"][0] = 99.0 if argument == 1 else 0.0
+        learner.declared[0]["advice"][0] = 99.0 if argument == 1 else 0.0
         return 0
 
     learner = Studies(PROBLEM, function=advise, seed=1)
