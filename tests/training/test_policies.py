@@ -250,6 +250,22 @@ def test_predictions_follow_a_distribution_of_the_learners_own() -> None:
     assert {learner.predict(0)[0] for _ in range(100)} == {0, 1, 2}
 
 
+class Aiming(Greedy):
+    """Acts greedily, to learn what to do by the distribution."""
+
+    def target(self) -> Policy:
+        return OwnDistribution("chances")
+
+
+def test_what_is_learned_is_the_target_of_a_policy() -> None:
+    learner = with_chances([0.5, 0.2, 0.3], policy=Aiming())
+    learner._state.q[0, 0] = [0.0, 0.0, 9.0]
+    np.testing.assert_allclose(frequencies(learner, None), [0.5, 0.2, 0.3], atol=0.015)
+    assert frequencies(learner, False).tolist() == [0, 0, 1]
+    assert set(learner.evaluate(200).returns.ravel().tolist()) == {0.0, 1.0, 2.0}
+    assert set(learner.evaluate(200, deterministic=False).returns.ravel().tolist()) == {2.0}
+
+
 def test_evaluations_follow_a_distribution_of_the_learners_own() -> None:
     learner = with_chances([0.5, 0.2, 0.3], epsilon=0.3)
     for deterministic, chances in ((None, [0.5, 0.2, 0.3]), (False, [0.45, 0.24, 0.31]), (True, [1, 0, 0])):
