@@ -298,3 +298,19 @@ def test_what_is_declared_survives_a_file(share: str | None, tmp_path: Path) -> 
     for ours, theirs in zip(held_by(again), held_by(whole), strict=True):
         for name, array in theirs.items():
             np.testing.assert_array_equal(ours[name], array)
+
+
+def test_what_cannot_be_shared_so_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"only arrays of floats can be mixed; 'counts' has dtype int64"):
+        DeclaredArray("counts", "by_entry", dtype=np.int64)
+    with pytest.raises(ParameterError, match=r"share of 'x' must be one of by_entry, .*; got 'all'"):
+        DeclaredArray("x", "all")  # type: ignore[arg-type]  # that is what is tested
+    with pytest.raises(ParameterError, match=r"share of 'traces' must be copied or none; got 'by_entry'"):
+        DeclaredRecord("traces", "by_entry", lambda n, m: None)  # type: ignore[arg-type, return-value]  # as above
+
+
+def test_a_row_of_zeros_stays_when_rows_are_mixed() -> None:
+    tables = [np.array([[0.0, 0.0], [0.25, 0.75]]), np.array([[0.0, 0.0], [0.75, 0.25]])]
+    share_state(DeclaredArray("pi", "by_row"), tables, np.array([0.5, 0.5]), None, np.zeros((2, 2)))
+    for table in tables:
+        np.testing.assert_array_equal(table, [[0.0, 0.0], [0.5, 0.5]])

@@ -64,6 +64,11 @@ class DeclaredArray:
     def __post_init__(self) -> None:
         if self.share not in SHARING:
             raise ParameterError(f"share of {self.name!r} must be one of {', '.join(SHARING)}; got {self.share!r}")
+        if self.share in ("by_entry", "by_row") and np.dtype(self.dtype).kind != "f":
+            raise ParameterError(
+                f"only arrays of floats can be mixed; {self.name!r} has dtype {np.dtype(self.dtype)}: declare it with "
+                "share='heaviest', 'copied' or 'none'"
+            )
 
     @property
     def is_shared_by_rows(self) -> bool:
@@ -95,6 +100,10 @@ class DeclaredRecord:
     name: str
     share: Literal["copied", "none"]
     create_record: Callable[[int, int], Record]
+
+    def __post_init__(self) -> None:
+        if self.share not in ("copied", "none"):
+            raise ParameterError(f"share of {self.name!r} must be copied or none; got {self.share!r}")
 
     def create(self, initial_q: FloatArray) -> Record:
         """Return the record of one agent; `initial_q` is (S, A)."""
