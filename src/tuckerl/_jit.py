@@ -136,16 +136,16 @@ def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
     The choice is made when the caller is compiled, so one body serves all kinds and pays nothing for it.
     """
 
-    def chosen(world: Any, *others: Any) -> Any:
-        return kernels[type(world)](world, *others)
+    def chosen(first: Any, *others: Any) -> Any:
+        return kernels[type(first)](first, *others)
 
-    def choose(world: Any, *others: Any) -> Callable[..., Any]:
-        compiled = kernels[world.instance_class]
+    def body_of(first: Any, *others: Any) -> Callable[..., Any]:
+        compiled = kernels[first.instance_class]
         body: Callable[..., Any] = getattr(compiled, "py_func", compiled)
         return body
 
     # The kernel's body takes the place of the call: a call between them would have to be compiled, too.
-    overload(chosen, jit_options=_OPTIONS, strict=False)(choose)
+    overload(chosen, jit_options=_OPTIONS, strict=False)(body_of)
     return chosen
 
 

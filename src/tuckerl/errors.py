@@ -49,6 +49,10 @@ class EnvironmentFaultError(TuckerlError, RuntimeError):
     """An environment raised an error or returned something impossible while a learner was stepping it."""
 
 
+class LearnerError(TuckerlError, TypeError):
+    """A class of learners lacks what it needs to learn."""
+
+
 class TableSizeError(ProblemError, MemoryError):
     """A table has more entries than the machine has memory for."""
 

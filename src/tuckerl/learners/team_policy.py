@@ -137,7 +137,10 @@ class TeamEpsilonGreedy(EpsilonGreedy):
         super().__init__(policy.epsilon, policy.decay)
         self.sizes = sizes
 
-    def arrays(self, scheduled: FloatArray, state: Mapping[str, Any]) -> Any:
+    def __repr__(self) -> str:
+        return f"TeamEpsilonGreedy({super().__repr__()}, {self.sizes})"
+
+    def arrays(self, scheduled: FloatArray, declared: Mapping[str, Any]) -> Any:
         """Return what the kernels read."""
         sizes = np.array(self.sizes, dtype=np.int64)
         return TeamEpsilonGreedyArrays(scheduled, sizes, np.zeros_like(sizes), np.zeros(int(np.prod(sizes))))

@@ -112,10 +112,10 @@ class TeamQ(TracingLearner):
         self.exploration = check_name("exploration", exploration, ("independent", "joint"))
         super().__init__(env, lambda_=lambda_, trace=trace, carry_trace=carry_trace, **parameters)
 
-    def acting_policy(self, policy: Policy) -> Policy:
+    def adapt_policy(self, policy: Policy) -> Policy:
         """Return a policy by which every agent explores on its own, if the given one is epsilon-greedy."""
         sizes = self.problem.action_sizes
-        if self.exploration == "joint" or len(sizes) == 1 or not isinstance(policy, EpsilonGreedy):
+        if self.exploration == "joint" or len(sizes) == 1 or type(policy) is not EpsilonGreedy:
             return policy
         if self.problem.action_mask is not None:
             _check_independent(self.problem.action_mask, sizes)

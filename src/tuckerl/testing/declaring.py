@@ -56,7 +56,7 @@ def _check_played(subject: Subject, learner: Learner) -> None:
     """Check that the policy reads a learned distribution, if there is one."""
     held = learner.declared[0]
     names = [d.name for d in learner.declare_state() if isinstance(d, DeclaredArray) and d.share == "by_row"]
-    played = learner.acting_policy_in_use.preferences(learner.q[0], held)
+    played = learner.acting_policy.preferences(learner.q[0], held)
     if names and not any(np.shares_memory(played, held[name]) for name in names):
         raise LearnerCheckError(
             f"a distribution that is learned must be what is played; {subject.name} learns {names[0]!r}, and predict "

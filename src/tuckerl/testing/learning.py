@@ -121,7 +121,7 @@ def check_predictions(subject: Subject) -> None:
         raise LearnerCheckError(
             f"predictions one by one must be those of a batch; {subject.name} gave {single} and {list(together)}"
         )
-    greedy = learner.acting_policy_in_use.preferences(learner.q[0], learner.declared[0]).argmax(axis=1)
+    greedy = learner.acting_policy.preferences(learner.q[0], learner.declared[0]).argmax(axis=1)
     if not np.array_equal(together, greedy):
         raise LearnerCheckError(
             f"predictions must be greedy, the lowest action on ties; {subject.name} gave {list(together)} where its "

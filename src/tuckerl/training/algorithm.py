@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tuckerl._jit import by_kind, kernel
+from tuckerl.errors import LearnerError
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.policies.policy import choose
 
@@ -43,7 +44,7 @@ def _nothing_to_end(algorithm: Any, agent: AgentArrays, finished: bool) -> bool:
 
 
 def register_algorithm(
-    state: type,
+    state_type: type,
     *,
     update: Callable[..., bool],
     act: Callable[..., int] = act_by_policy,
@@ -54,7 +55,7 @@ def register_algorithm(
 
     Parameters
     ----------
-    state : type
+    state_type : type
         A NamedTuple: what the algorithm keeps for one agent besides its Q-table.
     update : kernel ``(algorithm, agent, transition, next_action) -> bool``
         Learns from a step; returns whether the values that it wrote are finite. `next_action` has a meaning only with
@@ -68,8 +69,8 @@ def register_algorithm(
         Whether the next action is chosen before the update, which learns from it (also after a truncation, whose value
         is bootstrapped), as in SARSA. Otherwise it is chosen after the update, as in Q-learning.
     """
-    _ACT[state], _UPDATE[state], _END_EPISODE[state] = act, update, end_episode
-    _LEARN_AND_ACT[state] = _act_then_update if on_policy else _update_then_act
+    _ACT[state_type], _UPDATE[state_type], _END_EPISODE[state_type] = act, update, end_episode
+    _LEARN_AND_ACT[state_type] = _act_then_update if on_policy else _update_then_act
 
 
 @kernel
@@ -83,3 +84,24 @@ def _update_then_act(algorithm: Any, agent: AgentArrays, transition: Transition)
     if not _update(algorithm, agent, transition, 0):
         return NOT_FINITE
     return 0 if transition.ended else act(algorithm, agent, transition.next_state)
+
+
+def check_registered(learner: type) -> None:
+    """Refuse a class of learners whose kernels nobody has registered.
+
+    Raises
+    ------
+    LearnerError
+        If that is so.
+    """
+    state_type = getattr(learner, "state_type", None)
+    if state_type is None:
+        raise LearnerError(
+            f"{learner.__name__} has no algorithm: set its state_type to the NamedTuple that its kernels "
+            "are registered under by register_algorithm"
+        )
+    if state_type not in _UPDATE:
+        raise LearnerError(
+            f"no kernels are registered for {state_type.__name__}, the state_type of {learner.__name__}: call "
+            f"register_algorithm({state_type.__name__}, update=...) in its file"
+        )

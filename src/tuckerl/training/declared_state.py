@@ -64,6 +64,12 @@ class DeclaredArray:
     def __post_init__(self) -> None:
         if self.share not in SHARING:
             raise ParameterError(f"share of {self.name!r} must be one of {', '.join(SHARING)}; got {self.share!r}")
+        unknown = [size for size in self.shape if isinstance(size, str) and size not in ("states", "actions")]
+        if unknown or (self.share == "by_row" and len(self.shape) < 2):
+            raise ParameterError(
+                f"the shape of {self.name!r} must be of whole numbers, 'states' and 'actions', and have rows where "
+                f"it is shared by row; got {self.shape}"
+            )
         if self.share in ("by_entry", "by_row") and np.dtype(self.dtype).kind != "f":
             raise ParameterError(
                 f"only arrays of floats can be mixed; {self.name!r} has dtype {np.dtype(self.dtype)}: declare it with "
@@ -93,7 +99,7 @@ class DeclaredRecord:
 
     Parameters
     ----------
-    create : callable
+    create_record : callable
         From (S, A) to a :class:`Record`.
     """
 
@@ -159,17 +165,21 @@ def share_state(
 
 def saved_state(declaration: Declaration, agent: int, value: Any) -> Arrays:
     """Return what an agent holds under a declaration, by the names that files know."""
-    group, _, member = declaration.name.partition(".")
     if isinstance(declaration, DeclaredRecord):
-        return {f"{group}{agent}.{name}": array for name, array in value.to_arrays().items()}
-    return {f"{group}{agent}.{member or 'values'}": value}
+        return {f"{declaration.name}{agent}.{name}": array for name, array in value.to_arrays().items()}
+    return {_stored_name(declaration, agent): value}
+
+
+def _stored_name(declaration: DeclaredArray, agent: int) -> str:
+    """Return what files call an agent's array: "model3.reward" for "model.reward", "second.3" for "second"."""
+    group, dot, member = declaration.name.partition(".")
+    return f"{group}{agent}.{member}" if dot else f"{group}.{agent}"
 
 
 def restore_state(declaration: Declaration, agent: int, value: Any, arrays: Mapping[str, np.ndarray]) -> None:
     """Set what an agent holds under a declaration, in place, to what `saved_state` returned."""
-    group, _, member = declaration.name.partition(".")
     if isinstance(declaration, DeclaredRecord):
-        start = f"{group}{agent}."
+        start = f"{declaration.name}{agent}."
         value.set_arrays({name.removeprefix(start): part for name, part in arrays.items() if name.startswith(start)})
     else:
-        value[...] = arrays[f"{group}{agent}.{member or 'values'}"]
+        value[...] = arrays[_stored_name(declaration, agent)]

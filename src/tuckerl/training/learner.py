@@ -30,11 +30,13 @@ from tuckerl.problems.problem import Problem
 from tuckerl.rng import child, seed_sequence
 from tuckerl.training import persistence
 from tuckerl.training.agent_arrays import Settings
+from tuckerl.training.algorithm import check_registered
 from tuckerl.training.callbacks.base import CallbackLike
 from tuckerl.training.declared_state import Declaration
 from tuckerl.training.evaluation import Evaluation, evaluate
 from tuckerl.training.history import EpisodeHistory
 from tuckerl.training.parameters import (
+    check_deterministic,
     check_equal_spaces,
     check_initial_q,
     check_known,
@@ -46,7 +48,7 @@ from tuckerl.training.parameters import (
 from tuckerl.training.policies.policy import Policy
 from tuckerl.training.prediction import Predictor
 from tuckerl.training.python_calls import PythonCall
-from tuckerl.training.schedules import Schedule, as_schedule
+from tuckerl.training.schedules import Schedule, as_number, as_schedule
 from tuckerl.training.trainer import WINDOW, Trainer
 from tuckerl.training.training_state import TrainingState
 from tuckerl.types import BoolArray, FloatArray, IntArray, Seed
@@ -152,8 +154,8 @@ class Learner(ABC):
         policy: Policy | None = None,
         compiled: Literal["auto"] | bool = "auto",
     ) -> None:
-        self.alpha = alpha
         self._alpha_schedule = as_schedule("alpha", alpha, positive=True)
+        self.alpha = as_number(alpha)
         self.gamma = check_real("gamma", gamma, 0.0, 1.0)
         self.epsilon_decay = check_real("epsilon_decay", epsilon_decay, 0.0, 1.0)
         chosen = check_policy(policy, epsilon, self.epsilon_decay)
@@ -174,7 +176,7 @@ class Learner(ABC):
         check_memory(self.n_agents, *shape)
         check_equal_spaces(self.problem, self.tensor_step)
         self.initial_q = check_initial_q(initial_q, shape)
-        self._acting_policy = self.acting_policy(self.default_policy(chosen) if policy is None else chosen)
+        self._acting_policy = self.adapt_policy(self.default_policy(chosen) if policy is None else chosen)
         self._state = self._new_state()
         self._prediction_rng = np.random.default_rng(child(self.seed_sequence, _PREDICTION_STREAM))
 
@@ -187,7 +189,7 @@ class Learner(ABC):
             tensor_step=self.tensor_step,
             schedules={"alpha": self._alpha_schedule, **self.algorithm_schedules()},
             policy=self._acting_policy,
-            algorithm=self.declare_state(),
+            declarations=self.declare_state(),
             settings=Settings(self.gamma, self.gamma if self.bootstrap_terminal else 0.0, self.ties == "random"),
             max_episode_steps=self.problem.max_episode_steps,
             sequence=self.seed_sequence,
@@ -223,7 +225,7 @@ class Learner(ABC):
         """
         return policy
 
-    def acting_policy(self, policy: Policy) -> Policy:
+    def adapt_policy(self, policy: Policy) -> Policy:
         """Return how a policy acts in this algorithm: itself, unless the algorithm knows better."""
         return policy
 
@@ -252,10 +254,15 @@ class Learner(ABC):
             Their values in the present episode.
         """
         fields = {name.rpartition(".")[2]: value for name, value in declared.items()} | self.constants()
-        if "scheduled" in self.state_type._fields:  # type: ignore[attr-defined]  # it is a NamedTuple
-            fields["scheduled"] = scheduled
-        known = self.state_type._fields  # type: ignore[attr-defined]  # as above
-        return self.state_type(**{name: value for name, value in fields.items() if name in known})
+        fields["scheduled"] = scheduled
+        wanted: tuple[str, ...] = self.state_type._fields  # type: ignore[attr-defined]  # it is a NamedTuple
+        missing = [name for name in wanted if name not in fields]
+        if missing:
+            raise LearnerError(
+                f"{self.state_type.__name__} has a field {missing[0]!r} that {type(self).__name__} does not give it: "
+                f"declare it in declare_state, or return it from constants"
+            )
+        return self.state_type(**{name: fields[name] for name in wanted})
 
     # What its users call.
 
@@ -292,6 +299,7 @@ class Learner(ABC):
         SimulatorError, EnvironmentFaultError
             If a simulator or an environment does something impossible. What was learned before is kept.
         """
+        check_registered(type(self))
         Trainer(self, self._state, self._python_calls).learn(episodes, steps, callbacks, progress=progress)
         if self.diverged_at is not None:
             warnings.warn(_DIVERGED.format(self.diverged_at), DivergenceWarning, stacklevel=2)
@@ -327,7 +335,7 @@ class Learner(ABC):
             If an observation is none of the environment's.
         """
         predictor = self._predictor(self._state.q, self._state.declared)
-        return predictor.predict(observation, deterministic), None
+        return predictor.predict(observation, check_deterministic(deterministic)), None
 
     def evaluate(self, episodes: int = 100, *, seed: Seed = None, deterministic: bool | None = None) -> Evaluation:
         """Play episodes apart from learning, which goes on as if they had not been.
@@ -372,18 +380,17 @@ class Learner(ABC):
     ) -> Evaluation:
         sequence = child(self.seed_sequence, _EVALUATION_STREAM) if seed is None else seed_sequence(seed)
         predictor = self._predictor(q, declared)
-        return evaluate(predictor, check_int("episodes", episodes, 1), sequence, deterministic)
+        return evaluate(predictor, check_int("episodes", episodes, 1), sequence, check_deterministic(deterministic))
 
     def _predictor(self, q: FloatArray, declared: Sequence[Mapping[str, Any]]) -> Predictor:
         state = self._state
-        present = state.schedules.values(self.episodes + 1)[self.episodes, state.n_own_schedules :]
         return Predictor(
             self.problem,
             self._acting_policy,
             q,
             declared,
             state.action_masks,
-            np.ascontiguousarray(present),
+            self.episodes,
             random_ties=self.ties == "random",
             rng=self._prediction_rng,
         )
@@ -469,7 +476,7 @@ class Learner(ABC):
         return self._state.declared
 
     @property
-    def acting_policy_in_use(self) -> Policy:
+    def acting_policy(self) -> Policy:
         """The policy by which actions are chosen while learning."""
         return self._acting_policy
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import check_real, did_you_mean
+from tuckerl.checks import check_flag, check_real, did_you_mean
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TableSizeError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
@@ -55,8 +55,8 @@ def merged_signature(own: Signature, base: Signature) -> Signature:
 
 def keywords_of(learner: type) -> tuple[str, ...]:
     """Return the names of the keyword parameters that a learner's constructor takes."""
-    parameters = signature(learner).parameters.values()
-    return tuple(parameter.name for parameter in parameters if parameter.kind is Parameter.KEYWORD_ONLY)
+    named = (Parameter.KEYWORD_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
+    return tuple(p.name for p in signature(learner).parameters.values() if p.kind in named and p.name != "env")
 
 
 def check_known(learner: type, parameters: "Mapping[str, object]") -> None:
@@ -105,6 +105,17 @@ def check_policy(policy: object, epsilon: Any, decay: float) -> Policy:
     if epsilon is not None or decay != 1.0:
         raise ParameterError(f"epsilon belongs to the default policy: leave it out, or leave out policy={policy!r}")
     return policy
+
+
+def check_deterministic(value: object) -> bool | None:
+    """Return `value` if it is None, True or False.
+
+    Raises
+    ------
+    ParameterTypeError
+        If it is anything else.
+    """
+    return None if value is None else check_flag("deterministic", value)
 
 
 def check_initial_q(initial_q: object, shape: tuple[int, int]) -> FloatArray:

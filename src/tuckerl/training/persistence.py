@@ -13,7 +13,7 @@ import numpy as np
 from tuckerl._version import __version__
 from tuckerl.adapters.kinds import restore_problem, save_problem
 from tuckerl.adapters.resolve import Environment
-from tuckerl.errors import ParameterError, SavedFileError
+from tuckerl.errors import LearnerError, ParameterError, SavedFileError
 from tuckerl.generalization.step import TensorStep
 from tuckerl.training import learner_file
 from tuckerl.training.learner_file import Arrays, Header, of_prefix, with_prefix
@@ -28,12 +28,14 @@ if TYPE_CHECKING:
 
 _Learner = TypeVar("_Learner", bound="Learner")
 
-_STORED_NAMES = {"compiled": "lift", "cut_traces": "cut", "search_control": "walk"}
+_STORED_NAMES = {"compiled": "lift", "cut_traces": "cut", "search_control": "walk", "exploration": "exploration"}
 _STORED_VALUES: dict[str, dict[Any, Any]] = {
     "compiled": {"auto": True},
+    "cut_traces": {},
+    "search_control": {},
     "exploration": {"independent": "members", "joint": "team"},
 }
-"""What formats 1 and 2 call parameters and their values that have other names today."""
+"""The names of parameters and of their values in files, where they differ: format 2 has those of the first shape."""
 
 
 class SavedLearner(NamedTuple):
@@ -57,6 +59,12 @@ def read(path: Path) -> SavedLearner:
 def plain_parameters(learner: "Learner") -> dict[str, Any]:
     """Return a learner's constructor parameters that are no arrays, by name."""
     names = [name for name in keywords_of(type(learner)) if name not in NOT_SAVED]
+    missing = [name for name in names if not hasattr(learner, name)]
+    if missing:
+        raise LearnerError(
+            f"{type(learner).__name__} must keep its parameter {missing[0]!r} as an attribute of the same name, or no "
+            f"file can hold it: set self.{missing[0]}"
+        )
     values = {name: getattr(learner, name) for name in names}
     if learner.problem.shares_world:
         values["n_agents"] = 1  # as it was given: there is one environment
@@ -78,7 +86,7 @@ def save(learner: "Learner", state: TrainingState, prediction_rng: np.random.Gen
         "tuckerl": __version__,
         "learner": type(learner).__name__,
         "problem": problem_header,
-        "parameters": _stored_parameters(plain_parameters(learner)),
+        "parameters": _stored_parameters(type(learner), plain_parameters(learner)),
         "tensor_step": _stored_step(learner.tensor_step),
         "seed": _stored_seed(learner.seed_sequence),
         "prediction_rng": prediction_rng.bit_generator.state,
@@ -107,7 +115,7 @@ def load(
     if header["learner"] != kind.__name__:
         held = header["learner"]
         raise SavedFileError(f"{path} holds a {held}, not a {kind.__name__}: load it with {held}.load")
-    parameters = _restored_parameters(header["parameters"])
+    parameters = _restored_parameters(kind, header["parameters"])
     for name in keywords_of(kind):
         if name in arrays and name not in parameters:  # format 1 had other arrays of such names
             parameters[name] = float(arrays[name]) if arrays[name].ndim == 0 else arrays[name]
@@ -167,23 +175,32 @@ def _restored_step(header: Header | None, given: TensorStep | None, path: Path) 
     return given
 
 
-def _stored_parameters(parameters: Mapping[str, Any]) -> Header:
+def _stored_names(kind: "type[Learner]") -> dict[str, str]:
+    """Return the names that files know a learner's parameters by, where they differ; not those of a user's own."""
+    ours = next(base for base in kind.__mro__ if base.__module__.startswith("tuckerl."))
+    return {name: stored for name, stored in _STORED_NAMES.items() if name in keywords_of(ours)}
+
+
+def _stored_parameters(kind: "type[Learner]", parameters: Mapping[str, Any]) -> Header:
     """Return a learner's parameters as JSON, under the names that files know them by."""
     header: Header = {}
+    names = _stored_names(kind)
     for name, value in parameters.items():
-        values = _STORED_VALUES.get(name)
+        values = _STORED_VALUES[name] if name in names else {}
         plain = _policy_as_json(value) if isinstance(value, Policy) else as_json(value)
-        header[_STORED_NAMES.get(name, name)] = plain if values is None else values.get(value, value)
+        header[names.get(name, name)] = values[value] if isinstance(value, str) and value in values else plain
     return header
 
 
-def _restored_parameters(header: Header) -> dict[str, Any]:
+def _restored_parameters(kind: "type[Learner]", header: Header) -> dict[str, Any]:
     """Return the parameters that `_stored_parameters` was given."""
-    names = {stored: name for name, stored in _STORED_NAMES.items()}
+    names = {stored: name for name, stored in _stored_names(kind).items()}
     parameters: dict[str, Any] = {}
     for stored, value in header.items():
         name = names.get(stored, stored)
-        meant = {stored_value: own for own, stored_value in _STORED_VALUES.get(name, {}).items()}
+        meant = (
+            {stored_value: own for own, stored_value in _STORED_VALUES.get(name, {}).items()} if stored in names else {}
+        )
         if name == "policy" and value is not None:
             parameters[name] = _policy_from_json(value)
         else:

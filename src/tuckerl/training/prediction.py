@@ -14,6 +14,7 @@ from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
 from tuckerl.training.evaluation_algorithm import EvaluationState
 from tuckerl.training.policies.greedy import Greedy
 from tuckerl.training.policies.policy import Policy, write_probabilities
+from tuckerl.training.schedules import ScheduleValues
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 _NO_RECORD = EpisodeRecord(np.zeros(0, np.int64), np.zeros(0), np.zeros(1, np.int64), np.zeros((0, 0)), 0)
@@ -40,8 +41,8 @@ class Predictor:
         Each agent's declared arrays by name.
     action_masks : sequence of (S, A) bool
         Where each agent may take an action; (0, 0) where it always may.
-    scheduled : (K,) float64
-        The present values of the policy's schedules.
+    episode : int
+        For which policies take the values of their schedules.
     random_ties : bool
         Whether exploring agents break ties at random; otherwise the lowest action wins.
     rng : numpy Generator
@@ -55,14 +56,14 @@ class Predictor:
         q: FloatArray,
         declared: Sequence[Mapping[str, Any]],
         action_masks: Sequence[BoolArray],
-        scheduled: FloatArray,
+        episode: int,
         *,
         random_ties: bool,
         rng: np.random.Generator,
     ) -> None:
         self.problem, self.q = problem, q
         self._policy, self._declared, self._action_masks = policy, declared, action_masks
-        self._scheduled, self._random_ties, self._rng = scheduled, random_ties, rng
+        self._episode, self._random_ties, self._rng = episode, random_ties, rng
 
     def agent(
         self,
@@ -86,7 +87,7 @@ class Predictor:
             Where episodes are to be played.
         """
         table, policy = self._followed(agent, deterministic)
-        scheduled = self._scheduled if deterministic is False else np.zeros(len(policy.schedules()))
+        scheduled = ScheduleValues(policy.schedules()).values(self._episode + 1)[self._episode].copy()
         n_states, n_actions = table.shape
         return AgentArrays(
             algorithm=EvaluationState(),

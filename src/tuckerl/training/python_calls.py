@@ -47,8 +47,7 @@ class PythonCall:
             self._error, self.arrays.failed[0] = error, True
             return 0
 
-    def raise_pending(self) -> None:
-        """Raise the error that the function raised, and forget it."""
+    def take_error(self) -> BaseException | None:
+        """Return the error that the function raised, if any, and forget it."""
         error, self._error, self.arrays.failed[0] = self._error, None, False
-        if error is not None:
-            raise error
+        return error

@@ -157,6 +157,11 @@ def as_schedule(name: str, value: object, decay: float = 1.0, *, positive: bool 
     return value
 
 
+def as_number(value: Any) -> Any:
+    """Return a number as a float, which a file can hold, and a schedule as it is."""
+    return value if isinstance(value, Schedule) else float(value)
+
+
 def as_json(value: Any) -> Any:
     """Return a parameter as JSON, a schedule by its name and numbers."""
     if isinstance(value, Schedule):

@@ -69,12 +69,12 @@ class Trainer:
         reached = history.episodes >= goal.episodes or history.first_agent_steps >= goal.steps
         return reached and self._state.in_sync
 
-    def _advance(self, until: int, n_steps: int) -> None:
+    def _advance(self, until: int, until_steps: int) -> None:
         """Play on, and take the tensor step where a window has ended (or is due, as a user's function raised)."""
         state = self._state
         due = state.due_step
         if due is None:
-            self._play_on(until, n_steps - state.history.first_agent_steps)
+            self._play_on(until, until_steps - state.history.first_agent_steps)
             due = state.due_step
         if due is not None and state.diverged_at is None:
             self._close_window(due)
@@ -87,14 +87,15 @@ class Trainer:
         if not history.in_sync:
             until, max_steps = history.most_episodes, _UNLIMITED
         finite = True
-        if len(state.worlds) < state.n_agents:
-            finite = self._play_world(0, list(range(state.n_agents)), until, max_steps)
-        else:
-            for agent in range(state.n_agents):
-                finite &= self._play_world(agent, [agent], until, max_steps)
-                until, max_steps = max(history.most_episodes, history.episodes), _UNLIMITED
-        if not finite:
-            state.diverged_at = history.episodes
+        try:
+            if len(state.worlds) < state.n_agents:
+                finite = self._play_world(0, list(range(state.n_agents)), until, max_steps)
+            for agent in range(state.n_agents if len(state.worlds) == state.n_agents else 0):
+                finite = self._play_world(agent, [agent], until, max_steps) and finite
+                until, max_steps = history.most_episodes, _UNLIMITED
+        finally:  # also where the environment of a later agent has failed
+            if not finite:
+                state.diverged_at = history.episodes
 
     def _play_world(self, place: int, agents: list[int], until: int, max_steps: int) -> bool:
         """Let the agents of a world play; return whether their tables stayed finite."""
@@ -109,9 +110,12 @@ class Trainer:
         n = play_together(world.arrays, arrays) if shared else play(world.arrays, arrays[0])
         state.history.add(agents, n if n >= 0 else -1 - n)
         partial, state.partial[agents] = state.partial[agents] & (n == 0), True
-        for call in self._python_calls:
-            call.raise_pending()
-        world.raise_pending()
+        errors = [error for call in self._python_calls if (error := call.take_error()) is not None]
+        try:
+            world.raise_pending()
+        finally:
+            if errors:
+                raise errors[0]
         state.partial[agents] = partial
         self._warn_of_cap(max(int(one.record.steps[: max(n, 0)].max(initial=0)) for one in arrays))
         return n >= 0

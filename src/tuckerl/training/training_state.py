@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tuckerl.errors import LearnerError
 from tuckerl.generalization.change_log import ChangeLog, empty_log, restore_log, saved_log
 from tuckerl.generalization.sharing import share_tables
 from tuckerl.generalization.step import TensorStep, TensorStepState
@@ -40,7 +41,7 @@ class TrainingState:
     schedules : dict of Schedule by name
         Alpha first, then the algorithm's own; the policy's are added.
     policy : Policy
-    algorithm : tuple of Declaration
+    declarations : tuple of Declaration
         What the algorithm declares.
     settings : Settings
     max_episode_steps : int or None
@@ -57,7 +58,7 @@ class TrainingState:
         tensor_step: TensorStep | None,
         schedules: dict[str, Schedule],
         policy: Policy,
-        algorithm: tuple[Declaration, ...],
+        declarations: tuple[Declaration, ...],
         settings: Settings,
         max_episode_steps: int | None,
         sequence: np.random.SeedSequence,
@@ -70,12 +71,15 @@ class TrainingState:
         if initial_q.any():
             self.q += initial_q
         self.weights: FloatArray = np.ones(n_actions)
-        self.declarations = (*algorithm, *policy.declare_state())
+        self.declarations = (*declarations, *policy.declare_state())
+        names = [declaration.name for declaration in self.declarations]
+        if len(set(names)) < len(names):
+            raise LearnerError(f"declared arrays must have different names; got {', '.join(names)}")
         self.declared: tuple[dict[str, Any], ...] = tuple(
             {declaration.name: declaration.create(initial_q) for declaration in self.declarations}
             for _ in range(n_agents)
         )
-        self.n_own_schedules = len(schedules)
+        self.n_learner_schedules = len(schedules)
         self.schedules = ScheduleValues(schedules | policy.schedules())
         self.scheduled: FloatArray = np.zeros((n_agents, self.schedules.n))
         self.step_sizes: FloatArray = np.zeros((n_agents, n_actions))
@@ -117,14 +121,14 @@ class TrainingState:
         return self.diverged_at is None and not bool(self.partial.any())
 
     def agent(
-        self, agent: int, until: int, max_steps: int, action_mask: BoolArray, algorithm_state: MakeAlgorithmState
+        self, agent: int, until: int, max_steps: int, action_mask: BoolArray, make_algorithm_state: MakeAlgorithmState
     ) -> AgentArrays:
         """Return an agent as kernels see it, to play up to its episode `until`."""
         chunk = slice(int(self.history.finished[agent]), until)
         steps, returns = self.history.room(agent, until)
-        scheduled, declared, own = self.scheduled[agent], self.declared[agent], self.n_own_schedules
+        scheduled, declared, own = self.scheduled[agent], self.declared[agent], self.n_learner_schedules
         return AgentArrays(
-            algorithm=algorithm_state(declared, scheduled[1:own]),
+            algorithm=make_algorithm_state(declared, scheduled[1:own]),
             policy=self.policy.arrays(scheduled[own:], declared),
             q=self.q[agent],
             weights=self.weights,

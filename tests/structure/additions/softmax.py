@@ -71,6 +71,6 @@ class Softmax(Policy):
         """Return the temperature's schedule."""
         return {"temperature": self._schedule}
 
-    def arrays(self, scheduled: FloatArray, state: Mapping[str, Any]) -> SoftmaxArrays:
+    def arrays(self, scheduled: FloatArray, declared: Mapping[str, Any]) -> SoftmaxArrays:
         """Return what the kernels read."""
         return SoftmaxArrays(scheduled)

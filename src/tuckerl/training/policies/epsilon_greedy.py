@@ -8,7 +8,7 @@ from tuckerl.rng import uniform
 from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.training.greedy_actions import greedy_action, random_action, share_among_allowed, share_among_greedy
 from tuckerl.training.policies.policy import Policy, register_policy
-from tuckerl.training.schedules import Schedule, as_schedule
+from tuckerl.training.schedules import Schedule, as_number, as_schedule
 from tuckerl.types import FloatArray
 
 
@@ -59,14 +59,14 @@ class EpsilonGreedy(Policy):
     """
 
     def __init__(self, epsilon: float | Schedule = 0.1, decay: float = 1.0) -> None:
-        self.epsilon, self.decay = epsilon, decay
         self._schedule = as_schedule("epsilon", epsilon, decay)
+        self.epsilon, self.decay = as_number(epsilon), float(decay)
 
     def schedules(self) -> dict[str, Schedule]:
         """Return epsilon's schedule."""
         return {"epsilon": self._schedule}
 
-    def arrays(self, scheduled: FloatArray, state: Mapping[str, Any]) -> EpsilonGreedyArrays:
+    def arrays(self, scheduled: FloatArray, declared: Mapping[str, Any]) -> EpsilonGreedyArrays:
         """Return what the kernels read."""
         return EpsilonGreedyArrays(scheduled)
 

@@ -39,7 +39,7 @@ class Greedy(Policy):
     >>> agent = tuckerl.QLearning(tuckerl.sutton_maze(), policy=tuckerl.Greedy(), seed=0).learn(episodes=5)
     """
 
-    def arrays(self, scheduled: FloatArray, state: Mapping[str, Any]) -> GreedyArrays:
+    def arrays(self, scheduled: FloatArray, declared: Mapping[str, Any]) -> GreedyArrays:
         """Return what the kernels read."""
         return GreedyArrays()
 

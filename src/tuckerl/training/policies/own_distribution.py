@@ -9,7 +9,7 @@ from tuckerl.rng import uniform
 from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.training.greedy_actions import is_allowed, random_action, share_among_allowed
 from tuckerl.training.policies.policy import Policy, register_policy
-from tuckerl.training.schedules import Schedule, as_schedule
+from tuckerl.training.schedules import Schedule, as_number, as_schedule
 from tuckerl.types import FloatArray
 
 
@@ -75,31 +75,31 @@ class OwnDistribution(Policy):
     """
 
     def __init__(self, name: str, epsilon: float | Schedule = 0.0, decay: float = 1.0) -> None:
-        self.name, self.epsilon, self.decay = name, epsilon, decay
         self._schedule = as_schedule("epsilon", epsilon, decay)
+        self.name, self.epsilon, self.decay = name, as_number(epsilon), float(decay)
 
     def schedules(self) -> dict[str, Schedule]:
         """Return epsilon's schedule."""
         return {"epsilon": self._schedule}
 
-    def arrays(self, scheduled: FloatArray, state: Mapping[str, Any]) -> OwnDistributionArrays:
+    def arrays(self, scheduled: FloatArray, declared: Mapping[str, Any]) -> OwnDistributionArrays:
         """Return what the kernels read."""
-        return OwnDistributionArrays(self._distribution(state), scheduled)
+        return OwnDistributionArrays(self._distribution(declared), scheduled)
 
-    def _distribution(self, state: Mapping[str, Any]) -> FloatArray:
-        if self.name not in state:
-            known = ", ".join(map(repr, state)) or "nothing"
+    def _distribution(self, declared: Mapping[str, Any]) -> FloatArray:
+        if self.name not in declared:
+            known = ", ".join(map(repr, declared)) or "nothing"
             raise ParameterError(f"{self!r} needs an array that the algorithm declares; it declares {known}")
-        distribution: FloatArray = state[self.name]
+        distribution: FloatArray = declared[self.name]
         return distribution
 
     def target(self) -> "OwnDistribution":
         """Return the distribution without exploration."""
         return OwnDistribution(self.name)
 
-    def preferences(self, q: FloatArray, state: Mapping[str, Any]) -> FloatArray:
+    def preferences(self, q: FloatArray, declared: Mapping[str, Any]) -> FloatArray:
         """Return the distribution: its largest entries are the most probable actions."""
-        return self._distribution(state)
+        return self._distribution(declared)
 
     def __repr__(self) -> str:
         return f"OwnDistribution({self.name!r}, {self.epsilon!r}, {self.decay!r})"

@@ -54,14 +54,14 @@ class Policy(ABC):
         return ()
 
     @abstractmethod
-    def arrays(self, scheduled: FloatArray, state: Mapping[str, Any]) -> Any:
+    def arrays(self, scheduled: FloatArray, declared: Mapping[str, Any]) -> Any:
         """Return what the policy's kernels read for one agent: a NamedTuple of a registered type.
 
         Parameters
         ----------
         scheduled : (number of schedules,) float64
-            The values of `schedules` in the present episode; kernels of the loop set them.
-        state : mapping
+            The values of `schedules` in the present episode; the loop writes them at the start of each episode.
+        declared : mapping
             The agent's declared arrays by name: the policy's own and the algorithm's.
         """
 
@@ -69,13 +69,13 @@ class Policy(ABC):
         """Return the policy that is learned for, without exploration; None is the greedy one."""
         return None
 
-    def preferences(self, q: FloatArray, state: Mapping[str, Any]) -> FloatArray:
+    def preferences(self, q: FloatArray, declared: Mapping[str, Any]) -> FloatArray:
         """Return the (S, A) table whose largest allowed entry in a row is the most probable action.
 
         Parameters
         ----------
         q : (S, A) float64
-        state : mapping
+        declared : mapping
             The agent's declared arrays by name.
         """
         return q
