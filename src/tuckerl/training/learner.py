@@ -20,6 +20,7 @@ from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment, as_pro
 from tuckerl.checks import check_flag, check_int, check_name, check_real
 from tuckerl.errors import (
     DivergenceWarning,
+    LearnerError,
     SavedFileError,
     SavedFileMissingError,
 )
