@@ -178,7 +178,7 @@ def test_files_know_arrays_by_their_names() -> None:
     record = DeclaredRecord("notes", "none", lambda n_states, n_actions: Notes())
     held = saved_state(plain, 1, np.array([1.0, 2.0])) | saved_state(grouped, 1, np.array([3.0, 4.0]))
     held |= saved_state(record, 1, Notes(5, 6))
-    assert set(held) == {"counts1.values", "model1.reward", "notes1.numbers", "notes1.count"}
+    assert set(held) == {"counts.1", "model1.reward", "notes1.numbers", "notes1.count"}
     one, other, notes = np.zeros(2), np.zeros(2), Notes()
     restore_state(plain, 1, one, held)
     restore_state(grouped, 1, other, held)

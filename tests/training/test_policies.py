@@ -282,7 +282,7 @@ def test_learning_follows_a_distribution_of_the_learners_own(tmp_path: Path) -> 
     given = Chances(ONE, policy=OwnDistribution("chances", 0.5), seed=2).learn(20)
     given.save(tmp_path / "agent")
     again = Chances.load(tmp_path / "agent")
-    assert repr(again.policy) == repr(given.policy) == "OwnDistribution('chances', 0.5)"
+    assert repr(again.policy) == repr(given.policy) == "OwnDistribution('chances', 0.5, 1.0)"
     assert_same(again.learn(9), given.learn(9))
 
 

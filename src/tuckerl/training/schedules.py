@@ -47,8 +47,9 @@ class ScheduleValues:
         """Return the values of the episodes from 0 to `n_episodes` - 1 at least, (episodes, n); not to be changed."""
         if len(self._values) < n_episodes:
             more = max(n_episodes, 2 * len(self._values))
-            columns = [schedule.values(more) for schedule in self._schedules.values()]
-            self._values = np.ascontiguousarray(np.stack(columns, axis=1))
+            self._values = np.zeros((more, self.n))
+            for column, schedule in enumerate(self._schedules.values()):
+                self._values[:, column] = schedule.values(more)
         return self._values
 
 
