@@ -27,7 +27,15 @@ class Moment(NamedTuple):
 
 
 class Stage(ABC):
-    """An environment to be played at random."""
+    """An environment to be played at random.
+
+    Attributes
+    ----------
+    is_over : bool
+        Whether the episode has ended: nobody is there to act.
+    """
+
+    is_over = True
 
     def __init__(self, env: Any, source: str) -> None:
         self.env, self.source = env, source
@@ -39,11 +47,6 @@ class Stage(ABC):
     @abstractmethod
     def act(self, rng: np.random.Generator, where: str) -> Moment:
         """Take a random step that is allowed, and check what came."""
-
-    @property
-    @abstractmethod
-    def is_over(self) -> bool:
-        """Whether the episode has ended."""
 
 
 def moments(stage: Stage, sequence: np.random.SeedSequence, episodes: int) -> Iterator[Moment]:
