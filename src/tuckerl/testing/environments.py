@@ -24,7 +24,7 @@ from tuckerl.errors import ObservationError, ProblemCheckError, SpaceError
 from tuckerl.rng import child, seed_sequence
 from tuckerl.spaces.encoder import SpaceEncoder, space_encoder
 from tuckerl.testing.carried import check_carried
-from tuckerl.testing.playing import Moment, Stage, check_equal, moments
+from tuckerl.testing.playing import Moment, Stage, check_equal, moments, random_code
 
 _BESIDE = 200  # steps of two environments side by side
 SEEDS_DECIDE = "the same seed and the same actions must lead to the same play"
@@ -102,9 +102,7 @@ class GymStage(Stage):
 
     def act(self, rng: np.random.Generator, where: str) -> Moment:
         """Take a random step that is allowed."""
-        n = self.actions.n
-        allowed = None if self._mask is None else np.flatnonzero(self._mask)
-        code = int(rng.integers(n)) if allowed is None else int(rng.choice(allowed))
+        code = random_code(rng, self.actions.n, self._mask)
         action = self.actions.decode(code)
         observation, reward, terminated, truncated, info = self.env.step(action)
         check_reward(reward, f"{where} (action {action})", self.source)

@@ -13,7 +13,7 @@ from pettingzoo.utils.conversions import (
     turn_based_aec_to_parallel_wrapper,
 )
 
-from tuckerl.adapters.joint import JointEnv
+from tuckerl.adapters.joint import JointEnv, agents_of
 from tuckerl.adapters.making import name_of
 from tuckerl.adapters.masks import MaskReader
 from tuckerl.adapters.python_world import EnvironmentCopies
@@ -34,7 +34,7 @@ from tuckerl.testing.environments import (
     encoder_of_observations,
     read_mask,
 )
-from tuckerl.testing.playing import Moment, Stage, check_equal, moments
+from tuckerl.testing.playing import Moment, Stage, check_equal, moments, random_code
 
 _CYCLES = 200  # of PettingZoo's own test
 # What PettingZoo's test refuses, without a word: environments made of others that it tests in their own form.
@@ -66,9 +66,7 @@ class ParallelStage(Stage):
 
     def __init__(self, env: Any, source: str) -> None:
         super().__init__(env, source)
-        self.agents = tuple(getattr(env, "possible_agents", None) or ())
-        if not self.agents:
-            raise ProblemCheckError(f"{source} must list all agents that it may have as `possible_agents`")
+        self.agents = tuple(agents_of(env))
         self._actions = {
             agent: space_encoder(env.action_space(agent), what=f"action of {agent}") for agent in self.agents
         }
@@ -96,7 +94,7 @@ class ParallelStage(Stage):
 
     def act(self, rng: np.random.Generator, where: str) -> Moment:
         """Let all agents take random actions that are allowed."""
-        codes = {agent: self._code(agent, rng) for agent in self._live}
+        codes = {p: random_code(rng, self._actions[p].n, self._masks.get(p)) for p in self._live}
         chosen = {agent: self._actions[agent].decode(code) for agent, code in codes.items()}
         observations, rewards, terminations, truncations, infos = self.env.step(chosen)
         for name, given in (("observation", observations), ("reward", rewards), ("termination", terminations)):
@@ -124,10 +122,6 @@ class ParallelStage(Stage):
         self.is_over = not self._live
         moment = Moment(where, codes, observations, dict(rewards), dict(terminations), dict(truncations))
         return self._seen(moment, infos)
-
-    def _code(self, agent: Any, rng: np.random.Generator) -> int:
-        mask = self._masks.get(agent)
-        return int(rng.integers(self._actions[agent].n) if mask is None else rng.choice(np.flatnonzero(mask)))
 
     def _check_agents(self, observations: Any, where: str) -> None:
         unknown = [agent for agent in self._live if agent not in self.agents]

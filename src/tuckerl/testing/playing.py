@@ -12,6 +12,7 @@ from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.errors import ProblemCheckError
 from tuckerl.rng import child
 from tuckerl.testing.limits import BUDGET, LONGEST
+from tuckerl.types import BoolArray
 
 
 class Moment(NamedTuple):
@@ -47,6 +48,11 @@ class Stage(ABC):
     @abstractmethod
     def act(self, rng: np.random.Generator, where: str) -> Moment:
         """Take a random step that is allowed, and check what came."""
+
+
+def random_code(rng: np.random.Generator, n: int, mask: BoolArray | None) -> int:
+    """Return the number of one of `n` actions, which its mask allows where there is one."""
+    return int(rng.integers(n) if mask is None else rng.choice(np.flatnonzero(mask)))
 
 
 def moments(stage: Stage, sequence: np.random.SeedSequence, episodes: int) -> Iterator[Moment]:
