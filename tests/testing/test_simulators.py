@@ -230,7 +230,7 @@ def test_mazes_are_problems() -> None:
 def test_what_is_no_problem_is_refused() -> None:
     with pytest.raises(ParameterTypeError, match=r"problem must be a Gymnasium environment, .* got 7"):
         check_problem(7)  # type: ignore[arg-type]
-    with pytest.raises(ParameterTypeError, match=r"that makes one, .* got None"):
+    with pytest.raises(ParameterTypeError, match=r"the callable must make a Gymnasium environment or .*; it made None"):
         check_problem(lambda: None)  # type: ignore[arg-type,return-value]
     with pytest.raises(ParameterError, match="episodes must be a whole number of at least 1; got 0"):
         check_problem(simulator(), episodes=0)

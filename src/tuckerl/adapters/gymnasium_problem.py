@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from tuckerl._jit import call_python, kernel, python_callback
 from tuckerl.adapters.joint import JointEnv
@@ -117,10 +116,8 @@ class GymnasiumProblem(PythonProblem):
         Makes one more; by default it is copied.
     bins
         How a Box is cut into bins; see :func:`tuckerl.spaces.encoder.space_encoder`.
-    max_episode_steps : int, optional
-        An episode is truncated after as many steps. Default: when the environment says so, and after `STEP_CAP`.
-    heuristic : (n_states,) float, optional
-        What ``DynaH`` uses by default.
+    **parts
+        ``max_episode_steps`` and ``heuristic``, see :class:`~tuckerl.adapters.python_problem.PythonProblem`.
 
     Attributes
     ----------
@@ -144,22 +141,20 @@ class GymnasiumProblem(PythonProblem):
         make: Maker | None = None,
         *,
         bins: Any = None,
-        max_episode_steps: int | None = None,
-        heuristic: ArrayLike | None = None,
+        **parts: Any,
     ) -> None:
         spaces = AgentSpaces(env.observation_space, env.action_space, bins)
         self._readers = env.unwrapped.readers if isinstance(env.unwrapped, JointEnv) else {}
         self.agents = tuple(self._readers)
-        parts: Any = env.action_space if self.agents else (env.action_space,)
+        acted: Any = env.action_space if self.agents else (env.action_space,)
         super().__init__(
             env,
             source,
             make,
             [spaces],
-            action_sizes=tuple(space_encoder(part, what="action").n for part in parts),
-            max_episode_steps=max_episode_steps,
-            heuristic=heuristic,
+            action_sizes=tuple(space_encoder(part, what="action").n for part in acted),
             layout=spaces.observations.layout,
+            **parts,
         )
 
     @property
@@ -204,9 +199,10 @@ class GymnasiumProblem(PythonProblem):
 class GymnasiumWorld(PythonWorld):
     """One agent's copy of an environment, and the callback by which kernels step it."""
 
+    problem: GymnasiumProblem
+
     def __init__(self, problem: GymnasiumProblem, env: GymEnvironment) -> None:
-        super().__init__(problem.source, env)
-        self.problem = problem
+        super().__init__(problem, env)
         self._reward = array("d", [0.0])
         self._callback, address = python_callback(self._caller())
         self.arrays = GymnasiumArrays(
@@ -218,8 +214,6 @@ class GymnasiumWorld(PythonWorld):
             n_states=problem.n_states,
             max_episode_steps=problem.max_episode_steps or NO_LIMIT,
         )
-        shape = (problem.n_states, problem.n_actions) if problem.has_masks else (0, 0)
-        self.action_masks = (np.ones(shape, dtype=np.bool_),)
 
     def _caller(self) -> Callable[[int], int]:
         """Return the callback, with all that it needs at hand."""
@@ -238,7 +232,7 @@ class GymnasiumWorld(PythonWorld):
                 if reads:
                     observation, mask = read(observation, info)
                     state = encode(observation)
-                    self._note_mask(state, mask)
+                    self.note_mask(0, state, mask)
                 else:
                     if info and info.get(MASK) is not None:
                         raise ProblemError(MASK_IS_LATE)
@@ -255,14 +249,8 @@ class GymnasiumWorld(PythonWorld):
         observation, info = self.seeds.reset()
         self.arrays.truncated[0] = False
         state, mask = self.problem.spaces[0].encode(observation, info)
-        self._note_mask(state, mask)
+        self.note_mask(0, state, mask)
         return state << STATE_SHIFT
-
-    def _note_mask(self, state: int, mask: BoolArray | None) -> None:
-        if self.problem.has_masks:
-            self.action_masks[0][state] = True if mask is None else mask
-        elif mask is not None:
-            raise ProblemError(MASK_IS_LATE)
 
 
 class _Decoded:

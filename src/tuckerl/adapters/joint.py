@@ -84,7 +84,9 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
             )
         self.env = env
         self.possible_agents = agents_of(env)
-        self.reward = reward if reward in self.possible_agents else _check_rule(reward, self.possible_agents)
+        if reward not in self.possible_agents:
+            check_name("reward", reward, {"mean", "sum", *(a for a in self.possible_agents if isinstance(a, str))})
+        self.reward = reward
         self.readers = {
             agent: MaskReader(env.observation_space(agent), env.action_space(agent)) for agent in self.possible_agents
         }
@@ -263,7 +265,3 @@ def agents_of(env: Any) -> list[Any]:
     if len(set(agents)) < len(agents):
         raise ProblemError(f"the possible_agents of {env} must be different; got {agents}")
     return agents
-
-
-def _check_rule(reward: object, agents: Sequence[Any]) -> str:
-    return check_name("reward", reward, {"mean", "sum", *(agent for agent in agents if isinstance(agent, str))})

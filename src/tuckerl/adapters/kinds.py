@@ -21,8 +21,7 @@ class ProblemKind(NamedTuple):
 
     def load(self) -> type[Problem]:
         """Return the class."""
-        kind: type[Problem] = load(self.home)
-        return kind
+        return load(self.home)
 
 
 PROBLEM_KINDS: dict[str, ProblemKind] = {

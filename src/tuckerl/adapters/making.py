@@ -10,7 +10,7 @@ import gymnasium
 import pettingzoo
 
 from tuckerl.checks import check_name
-from tuckerl.errors import ProblemError, TuckerlError, UnknownNameError
+from tuckerl.errors import ParameterTypeError, ProblemError, TuckerlError, UnknownNameError
 
 GymEnvironment = gymnasium.Env[Any, Any]
 
@@ -35,6 +35,35 @@ def maker_of(env: Any) -> Callable[[], Any] | None:
     if isinstance(env, str):
         return partial(make_environment, env)
     return env if callable(env) and not isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)) else None
+
+
+def made_of(env: Any, name: str) -> tuple[Any, Callable[[], Any] | None]:
+    """Return an environment, and what made it where `env` is an id or a callable.
+
+    Parameters
+    ----------
+    env
+        What a user gave: an environment, an id or a callable.
+    name : str
+        What messages call that.
+
+    Raises
+    ------
+    ParameterTypeError
+        If there is no environment.
+    """
+    make = maker_of(env)
+    made = env if make is None else make()
+    if isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
+        return made, make
+    if make is not None:
+        raise ParameterTypeError(
+            f"the callable must make a Gymnasium environment or a PettingZoo parallel environment; it made {made!r}"
+        )
+    raise ParameterTypeError(
+        f"{name} must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that "
+        f"makes one, a TabularMDP, a Simulator or a Maze; got {env!r}"
+    )
 
 
 def name_of(env: Any) -> str:

@@ -7,11 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from tuckerl._jit import call_python, kernel, python_callback
 from tuckerl.adapters.joint import agents_of
-from tuckerl.adapters.masks import MASK_IS_LATE, observation_part
+from tuckerl.adapters.masks import observation_part
 from tuckerl.adapters.python_problem import AgentSpaces, Edges, PythonProblem
 from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
 from tuckerl.errors import ObservationError, ParameterError, ProblemError
@@ -82,10 +81,8 @@ class PettingZooProblem(PythonProblem):
         Makes one more; by default it is copied.
     bins
         The same for all agents that see a Box, or by agent; see :func:`tuckerl.spaces.encoder.space_encoder`.
-    max_episode_steps : int, optional
-        An episode is truncated after as many steps. Default: when the environment says so, and after `STEP_CAP`.
-    heuristic : (n_states,) float, optional
-        What ``DynaH`` uses by default.
+    **parts
+        ``max_episode_steps`` and ``heuristic``, see :class:`~tuckerl.adapters.python_problem.PythonProblem`.
 
     Raises
     ------
@@ -105,8 +102,7 @@ class PettingZooProblem(PythonProblem):
         make: Callable[[], Any] | None = None,
         *,
         bins: Any = None,
-        max_episode_steps: int | None = None,
-        heuristic: ArrayLike | None = None,
+        **parts: Any,
     ) -> None:
         self.agents = tuple(agents_of(env))
         own_bins = _bins_of_agents(bins, self.agents, env)
@@ -116,7 +112,7 @@ class PettingZooProblem(PythonProblem):
         ]
         sizes = {(own.observations.sizes, own.actions.sizes) for own in spaces}
         self.has_equal_spaces = len(sizes) == 1
-        super().__init__(env, source, make, spaces, max_episode_steps=max_episode_steps, heuristic=heuristic)
+        super().__init__(env, source, make, spaces, **parts)
         # An agent with fewer actions than others may not take those beyond.
         self.has_masks = self.has_masks or len({own.actions.n for own in spaces}) > 1
 
@@ -189,9 +185,11 @@ def _bins_of_agents(bins: Any, agents: Sequence[Any], env: Any) -> Sequence[Any]
 class PettingZooWorld(PythonWorld):
     """The environment of all agents, and the callback by which kernels step it."""
 
+    problem: PettingZooProblem
+
     def __init__(self, problem: PettingZooProblem, env: Any) -> None:
-        super().__init__(problem.source, env)
-        n, self.problem = len(problem.agents), problem
+        super().__init__(problem, env)
+        n = len(problem.agents)
         self._places = {agent: place for place, agent in enumerate(problem.agents)}
         self._callback, address = python_callback(self._call)
         self.arrays = PettingZooArrays(
@@ -206,12 +204,6 @@ class PettingZooWorld(PythonWorld):
             clock=np.zeros(1),
             max_episode_steps=problem.max_episode_steps or NO_LIMIT,
         )
-        shape = (problem.n_states, problem.n_actions) if problem.has_masks else (0, 0)
-        tables = tuple(np.ones(shape, dtype=np.bool_) for _ in problem.agents)
-        if problem.has_masks:
-            for table, own in zip(tables, problem.spaces, strict=True):
-                table[:, own.actions.n :] = False
-        self.action_masks = tables
 
     def _call(self, what: int) -> int:
         try:
@@ -258,10 +250,6 @@ class PettingZooWorld(PythonWorld):
 
     def _note(self, agent: Any, observation: Any, info: Any) -> None:
         place = self._places[agent]
-        spaces = self.problem.spaces[place]
-        state, mask = spaces.encode(observation, info)
+        state, mask = self.problem.spaces[place].encode(observation, info)
         self.arrays.state[place] = state
-        if self.problem.has_masks:
-            self.action_masks[place][state, : spaces.actions.n] = True if mask is None else mask
-        elif mask is not None:
-            raise ProblemError(MASK_IS_LATE)
+        self.note_mask(place, state, mask)

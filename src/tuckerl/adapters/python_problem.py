@@ -125,7 +125,7 @@ class PythonProblem(Problem):
         make: Callable[[], Any] | None,
         spaces: Sequence[AgentSpaces],
         *,
-        max_episode_steps: int | None,
+        max_episode_steps: int | None = None,
         action_sizes: tuple[int, ...] | None = None,
         **parts: Any,
     ) -> None:

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from tuckerl._jit import kernel
+from tuckerl.adapters.masks import MASK_IS_LATE
 from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.errors import EnvironmentFaultError, ObservationError, ProblemError
 from tuckerl.problems.dynamics import WorldArrays
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child
+from tuckerl.types import BoolArray
 
 FAULT, YIELD, REWARD_IS_NOT_FINITE = -1, -2, -3
 """Why a kernel must return: an error was raised, it is time, a reward cannot be learned from."""
@@ -46,7 +48,7 @@ class EnvironmentCopies:
 
     def __init__(self, first: Any, source: str, make: Callable[[], Any] | None) -> None:
         self.first, self.source, self._make = first, source, make
-        self._is_taken = False
+        self._spare = [first]
 
     def take(self) -> Any:
         """Return an environment that nobody else has: the first one to the first caller.
@@ -56,10 +58,7 @@ class EnvironmentCopies:
         ProblemError
             If one more is needed and it cannot be copied.
         """
-        if not self._is_taken:
-            self._is_taken = True
-            return self.first
-        return self.another()
+        return self._spare.pop() if self._spare else self.another()
 
     def another(self) -> Any:
         """Return a new environment like the first.
@@ -99,11 +98,24 @@ class EnvironmentCopies:
 
 
 class PythonWorld(World):
-    """One environment that kernels step through a callback."""
+    """One environment that kernels step through a callback.
 
-    def __init__(self, source: str, env: Any) -> None:
-        self.source, self.env = source, env
+    Parameters
+    ----------
+    problem : PythonProblem
+    env
+        A copy that nobody else has.
+    """
+
+    def __init__(self, problem: Any, env: Any) -> None:
+        self.problem, self.source, self.env = problem, problem.source, env
         self.seeds = EpisodeSeeds(env)
+        shape = (problem.n_states, problem.n_actions) if problem.has_masks else (0, 0)
+        self.action_masks = tuple(np.ones(shape, dtype=np.bool_) for _ in problem.spaces)
+        pairs = zip(self.action_masks, problem.spaces, strict=True)
+        self._own_masks = [table[:, : own.actions.n] for table, own in pairs]
+        for table, own in zip(self.action_masks, self._own_masks, strict=True):
+            table[:, own.shape[1] :] = False
         self._error: BaseException | None = None
         self._deadline = math.inf
 
@@ -116,6 +128,19 @@ class PythonWorld(World):
     def is_late(self) -> bool:
         """Whether the deadline has passed, so that no further episode should begin."""
         return time.monotonic() > self._deadline
+
+    def note_mask(self, table: int, state: int, mask: BoolArray | None) -> None:
+        """Keep where actions may be taken in a state of an agent's own, None being everywhere.
+
+        Raises
+        ------
+        ProblemError
+            If the first reset gave no mask.
+        """
+        if self.problem.has_masks:
+            self._own_masks[table][state] = True if mask is None else mask
+        elif mask is not None:
+            raise ProblemError(MASK_IS_LATE)
 
     def seed(self, sequence: np.random.SeedSequence) -> None:
         """Seed the environment's resets from `sequence`."""

@@ -7,13 +7,12 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-import pettingzoo
 from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
 from pettingzoo.utils import BaseParallelWrapper
 
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.adapters.joint import JointEnv
-from tuckerl.adapters.making import GymEnvironment, Made, maker_of, name_of
+from tuckerl.adapters.making import GymEnvironment, Made, made_of, name_of
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.python_problem import STEP_CAP
 from tuckerl.adapters.transition_tables import extract_transition_table
@@ -88,17 +87,7 @@ def as_problem(env: Environment, options: AdapterOptions = AdapterOptions()) -> 
     check_compiled(options.compiled)
     if isinstance(env, (Problem, Maze)):
         return _own_problem(env, options)
-    make = maker_of(env)
-    made: Any = env if make is None else make()
-    if not isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
-        if make is not None:
-            raise ParameterTypeError(
-                f"the callable must make a Gymnasium environment or a PettingZoo parallel environment; it made {made!r}"
-            )
-        raise ParameterTypeError(
-            "env must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that "
-            f"makes one, a TabularMDP, a Simulator or a Maze; got {env!r}"
-        )
+    made, make = made_of(env, "env")
     if isinstance(env, str):
         return _adapted(made, env, make, options).with_source(env, id=env)
     return _adapted(made, name_of(made), make, options)

@@ -28,14 +28,12 @@ class EpisodeSeeds:
         number = self._n_resets
         self._n_resets += 1
         if number > 0 and generator_of(self._env) is not None:
-            first: tuple[Any, Any] = self._env.reset()
-            return first
+            return self._env.reset()
         return self._seeded(number)
 
     def _seeded(self, number: int) -> tuple[Any, Any]:
         self._seed = int(child(self.sequence, number).generate_state(1)[0])
-        first: tuple[Any, Any] = self._env.reset(seed=self._seed)
-        return first
+        return self._env.reset(seed=self._seed)
 
     def where(self, step: int) -> str:
         """Return the place of a step for a message: its number, episode and seed."""

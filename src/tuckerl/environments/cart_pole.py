@@ -21,7 +21,8 @@ from gymnasium.error import ResetNeeded
 
 from tuckerl.checks import check_flag, check_name, check_real
 from tuckerl.environments.cart_pole_view import draw_cart_pole, write_cart_pole
-from tuckerl.errors import ParameterError, ParameterTypeError
+from tuckerl.environments.raster import RENDER_MODES, check_render_mode, rendered
+from tuckerl.errors import ParameterError
 from tuckerl.problems.simulator import Simulator
 from tuckerl.rng import uniform
 from tuckerl.types import FloatArray, Stream
@@ -233,15 +234,11 @@ class CartPoleEnv(gymnasium.Env[Any, Any]):
     44
     """
 
-    metadata = {"render_modes": ["ansi", "rgb_array"], "render_fps": 50}  # noqa: RUF012  # as Gymnasium types it
+    metadata = {"render_modes": RENDER_MODES, "render_fps": 50}  # noqa: RUF012  # as Gymnasium types it
 
     def __init__(self, discrete: bool = True, render_mode: str | None = None, **parameters: Any) -> None:
-        if render_mode is not None:
-            check_name("render_mode", render_mode, self.metadata["render_modes"])
-        if not isinstance(discrete, (bool, np.bool_)):
-            raise ParameterTypeError(f"discrete must be True or False; got {discrete!r}")
-        self.render_mode = render_mode
-        self.discrete = bool(discrete)
+        self.render_mode = check_render_mode(render_mode)
+        self.discrete = check_flag("discrete", discrete)
         self._problem = cart_pole(**parameters, max_episode_steps=None)
         self.simulator = self._problem if self.discrete else None
         self.observation_space: gymnasium.Space[Any] = gymnasium.spaces.Discrete(N_STATES)
@@ -285,10 +282,9 @@ class CartPoleEnv(gymnasium.Env[Any, Any]):
 
     def render(self) -> Any:
         """Return the track, the cart, its pole and the push that led here, as `render_mode` asks."""
-        if self.render_mode is None:
-            gymnasium.logger.warn("render() shows nothing without a render_mode: choose 'ansi' or 'rgb_array'")
-            return None
-        parameters = self._problem.parameters
-        if self.render_mode == "ansi":
-            return write_cart_pole(self._state, parameters[TRACK], self._push * parameters[FORCE])
-        return draw_cart_pole(self._state, parameters[TRACK], 2.0 * parameters[HALF_LENGTH], self._push)
+        state, push, parameters = self._state, self._push, self._problem.parameters
+        return rendered(
+            self.render_mode,
+            lambda: write_cart_pole(state, parameters[TRACK], push * parameters[FORCE]),
+            lambda: draw_cart_pole(state, parameters[TRACK], 2.0 * parameters[HALF_LENGTH], push),
+        )

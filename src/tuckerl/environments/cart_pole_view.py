@@ -6,10 +6,11 @@ cart is a dark box, the pole a long rounded bar, the push an arrow beside the ca
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from tuckerl.environments.raster import Colour, Image
+from tuckerl.environments.raster import Colour, Image, blend
 from tuckerl.types import FloatArray
 
 Point = tuple[float, float]  # pixels rightwards and downwards
@@ -68,8 +69,8 @@ def draw_cart_pole(state: FloatArray, track: float, pole_length: float, push: fl
     _draw_push(image, axle, push)
     lean = float(state[2])
     tip = (x + pole_length * scale * math.sin(lean), axle[1] - pole_length * scale * math.cos(lean))
-    _paint(image, axle, tip, 6.0, _bar(axle, tip, 5.0), POLE)
-    _paint(image, axle, axle, 6.0, _bar(axle, axle, 3.0), AXLE)
+    _draw_bar(image, axle, tip, 5.0, POLE)
+    _draw_bar(image, axle, axle, 3.0, AXLE)
     return image
 
 
@@ -85,14 +86,13 @@ def _draw_track(image: Image, half: float) -> None:
 def _draw_cart(image: Image, axle: Point) -> None:
     width, height = CART_SIZE
 
-    def box(right: FloatArray, down: FloatArray) -> FloatArray:
-        distance: FloatArray = np.maximum(np.abs(right - axle[0]) - width / 2, np.abs(down - axle[1]) - height / 2)
-        return distance
+    def box(right: FloatArray, down: FloatArray) -> Any:
+        return np.maximum(np.abs(right - axle[0]) - width / 2, np.abs(down - axle[1]) - height / 2)
 
     _paint(image, axle, axle, width / 2 + 2.0, box, CART)
     for side in (-18.0, 18.0):
         wheel = (axle[0] + side, GROUND - 6.0)
-        _paint(image, wheel, wheel, 8.0, _bar(wheel, wheel, 6.0), TRACK)
+        _draw_bar(image, wheel, wheel, 6.0, TRACK)
 
 
 def _draw_push(image: Image, axle: Point, push: float) -> None:
@@ -104,27 +104,25 @@ def _draw_push(image: Image, axle: Point, push: float) -> None:
     begin = (axle[0] + sign * (CART_SIZE[0] / 2 + 5.0), axle[1])
     end = (begin[0] + sign * length, axle[1])
 
-    def head(right: FloatArray, down: FloatArray) -> FloatArray:
+    def head(right: FloatArray, down: FloatArray) -> Any:
         behind = sign * (end[0] - right)  # pixels behind the point
-        distance: FloatArray = np.maximum((np.abs(down - end[1]) - 0.6 * behind) * 0.85, behind - 14.0)
-        return distance
+        return np.maximum((np.abs(down - end[1]) - 0.6 * behind) * 0.85, behind - 14.0)
 
     neck = (end[0] - sign * 12.0, end[1])
-    _paint(image, begin, neck, 4.0, _bar(begin, neck, 2.5), PUSH)
+    _draw_bar(image, begin, neck, 2.5, PUSH)
     _paint(image, end, end, 16.0, head, PUSH)
 
 
-def _bar(begin: Point, end: Point, radius: float) -> Callable[[FloatArray, FloatArray], FloatArray]:
-    """Return the distance from a straight bar with round ends; a disc where both ends are one point."""
+def _draw_bar(image: Image, begin: Point, end: Point, radius: float, colour: Colour) -> None:
+    """Draw a straight bar with round ends; a disc where both ends are one point."""
     right, down = end[0] - begin[0], end[1] - begin[1]
     squared = max(right * right + down * down, 1e-12)
 
-    def distance(x: FloatArray, y: FloatArray) -> FloatArray:
+    def distance(x: FloatArray, y: FloatArray) -> Any:
         along = np.clip(((x - begin[0]) * right + (y - begin[1]) * down) / squared, 0.0, 1.0)
-        away: FloatArray = np.hypot(x - begin[0] - along * right, y - begin[1] - along * down) - radius
-        return away
+        return np.hypot(x - begin[0] - along * right, y - begin[1] - along * down) - radius
 
-    return distance
+    _paint(image, begin, end, radius + 1.0, distance, colour)
 
 
 def _paint(
@@ -132,7 +130,7 @@ def _paint(
     begin: Point,
     end: Point,
     margin: float,
-    distance: Callable[[FloatArray, FloatArray], FloatArray],
+    distance: Callable[[FloatArray, FloatArray], Any],
     colour: Colour,
 ) -> None:
     """Colour the shape inside which `distance` is negative, its edge smoothed; it lies within `margin` of a line."""
@@ -144,6 +142,4 @@ def _paint(
         return
     x: FloatArray = np.arange(left, right, dtype=np.float64)[np.newaxis, :] + 0.5
     y: FloatArray = np.arange(top, bottom, dtype=np.float64)[:, np.newaxis] + 0.5
-    cover = np.clip(0.5 - distance(x, y), 0.0, 1.0)[:, :, np.newaxis]
-    block = image[top:bottom, left:right]
-    block[:] = np.rint(block * (1.0 - cover) + np.array(colour) * cover).astype(np.uint8)
+    blend(image[top:bottom, left:right], distance(x, y), colour)

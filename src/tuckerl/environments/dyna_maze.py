@@ -10,8 +10,9 @@ import gymnasium
 from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import check_int, check_name
+from tuckerl.checks import check_int
 from tuckerl.environments.maze_view import draw_maze, write_maze
+from tuckerl.environments.raster import RENDER_MODES, check_render_mode, rendered
 from tuckerl.errors import ParameterError
 from tuckerl.problems.maze import ACTION_NAMES, Cell, Maze, check_walls, random_maze
 
@@ -57,7 +58,7 @@ class DynaMazeEnv(gymnasium.Env[Any, Any]):
     (39, -1.0, False, False, {})
     """
 
-    metadata = {"render_modes": ["ansi", "rgb_array"], "render_fps": 10}  # noqa: RUF012  # as Gymnasium types it
+    metadata = {"render_modes": RENDER_MODES, "render_fps": 10}  # noqa: RUF012  # as Gymnasium types it
     action_names = ACTION_NAMES
 
     def __init__(
@@ -71,9 +72,7 @@ class DynaMazeEnv(gymnasium.Env[Any, Any]):
         goal: Cell = (28, 34),
         render_mode: str | None = None,
     ) -> None:
-        if render_mode is not None:
-            check_name("render_mode", render_mode, self.metadata["render_modes"])
-        self.render_mode = render_mode
+        self.render_mode = check_render_mode(render_mode)
         if walls is None:
             seed = check_int("maze_seed", maze_seed, 0)
             self.maze = random_maze(rows, columns, deviation, seed, start=start, goal=goal)
@@ -113,9 +112,6 @@ class DynaMazeEnv(gymnasium.Env[Any, Any]):
 
     def render(self) -> Any:
         """Return the maze, the path walked in this episode and the agent, as `render_mode` asks."""
-        if self.render_mode is None:
-            gymnasium.logger.warn("render() shows nothing without a render_mode: choose 'ansi' or 'rgb_array'")
-            return None
         agent = self.maze.start if self._state is None else self.maze.cell(self._state)
-        steps = [(self.maze.cell(a), self.maze.cell(b)) for a, b in sorted(self._walked)]
-        return write_maze(self.maze, steps, agent) if self.render_mode == "ansi" else draw_maze(self.maze, steps, agent)
+        scene = self.maze, [(self.maze.cell(a), self.maze.cell(b)) for a, b in sorted(self._walked)], agent
+        return rendered(self.render_mode, lambda: write_maze(*scene), lambda: draw_maze(*scene))

@@ -19,20 +19,31 @@ different cells, ...) and one whose object is home already lead to themselves, p
 (L. Busoniu, R. Babuska, B. De Schutter, Multi-agent reinforcement learning: an overview, 2010.)
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from tuckerl.checks import check_real
-from tuckerl.environments.robot_rescue_map import ACTION_NAMES, AGENTS, MOVES, RescueMap, as_rescue_map
+from tuckerl.environments.robot_rescue_map import (
+    ACTION_NAMES,
+    AGENTS,
+    MOVES,
+    NOWHERE,
+    RescueMap,
+    as_rescue_map,
+    neighbours,
+)
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.problem import joint_names
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 GRIPS = 3
 NOT_GRIPPING, ON_ITS_RIGHT, ON_ITS_LEFT = range(GRIPS)
-NOWHERE = -1
+
+_Pair = tuple[IntArray, IntArray]
+"""Of each robot, in each of n joint states."""
 
 
 def robot_rescue(
@@ -108,9 +119,8 @@ def robot_rescue(
 def first_state(world: RescueMap) -> int:
     """Return the number of the joint state that episodes begin in."""
     beside = _grip_at(world)
-    cells = [world.number(cell) for cell in world.robot_cells]
-    own = [cell * GRIPS + int(beside[cell]) for cell in cells]
-    return own[0] * world.n_cells * GRIPS + own[1]
+    first, second = (world.number(cell) for cell in world.robot_cells)
+    return int(np.ravel_multi_index((first, beside[first], second, beside[second]), _digits(world)))
 
 
 class Scene(NamedTuple):
@@ -123,43 +133,41 @@ class Scene(NamedTuple):
 
 def scene(world: RescueMap, state: int) -> Scene:
     """Return what the joint state number `state` shows; it must be a possible one."""
-    own = divmod(state, world.n_cells * GRIPS)
-    robots, grips = (own[0] // GRIPS, own[1] // GRIPS), (own[0] % GRIPS, own[1] % GRIPS)
+    first, first_grip, second, second_grip = (int(digit) for digit in np.unravel_index(state, _digits(world)))
     where = world.number(world.object_cell)
-    if NOT_GRIPPING not in grips:
-        where = robots[0] + (1 if grips[0] == ON_ITS_RIGHT else -1)
-    return Scene(robots, grips, where)
+    if NOT_GRIPPING not in (first_grip, second_grip):
+        where = first + (1 if first_grip == ON_ITS_RIGHT else -1)
+    return Scene((first, second), (first_grip, second_grip), where)
 
 
-class _Robots(NamedTuple):
-    """Both robots in each of n joint states."""
-
-    cell: tuple[IntArray, IntArray]
-    grip: tuple[IntArray, IntArray]
+def _digits(world: RescueMap) -> tuple[int, int, int, int]:
+    """Return how many values each digit of a joint state's number has: cell and grip of either robot."""
+    return world.n_cells, GRIPS, world.n_cells, GRIPS
 
 
 class _Table:
     """The rules, for many joint states at once."""
 
     def __init__(self, world: RescueMap) -> None:
-        self.own_size = world.n_cells * GRIPS
+        self.digits = _digits(world)
         self.free: BoolArray = ~world.obstacles.ravel()
         self.home: BoolArray = world.homes.ravel()
         self.first: int = world.number(world.object_cell)
         self.grip_at = _grip_at(world)
-        self.to = _neighbours(world)
+        self.to = neighbours(world)
 
-    def robots(self, states: IntArray) -> _Robots:
-        own = np.divmod(states, self.own_size)
-        return _Robots((own[0] // GRIPS, own[1] // GRIPS), (own[0] % GRIPS, own[1] % GRIPS))
+    def robots(self, states: IntArray) -> tuple[_Pair, _Pair]:
+        """Return the cells of both robots, and their grips."""
+        first, first_grip, second, second_grip = np.unravel_index(states, self.digits)
+        return (first, second), (first_grip, second_grip)
 
-    def numbers(self, robots: _Robots) -> IntArray:
-        (cell_0, cell_1), (grip_0, grip_1) = robots
-        return (cell_0 * GRIPS + grip_0) * self.own_size + cell_1 * GRIPS + grip_1
+    def numbers(self, cell: _Pair, grip: _Pair) -> IntArray:
+        """Return the numbers of joint states; of one with a robot nowhere, any."""
+        return np.ravel_multi_index((cell[0], grip[0], cell[1], grip[1]), self.digits, mode="clip")
 
     def possible_states(self) -> tuple[IntArray, IntArray]:
         """Return the joint states in which something can happen: not both grip; both grip and it is not home yet."""
-        states = np.arange(self.own_size * self.own_size)
+        states = np.arange(math.prod(self.digits))
         cell, grip = self.robots(states)
         right = cell[0] != cell[1]
         # A free robot says that the object is where it was at first; a gripping one says where it holds it.
@@ -188,7 +196,7 @@ class _Table:
         # A pinned robot stands beside the object, too: its grip comes out as it was.
         grips = self.grip_at[stand[0]], self.grip_at[stand[1]]
         made = (grips[0] != grip[0]).astype(np.float64) + (grips[1] != grip[1])
-        return self.numbers(_Robots(stand, grips)), made
+        return self.numbers(stand, grips), made
 
     def move_together(self, states: IntArray, moves: tuple[int, int]) -> tuple[IntArray, BoolArray]:
         """Return the next states where both robots grip, and whether the object comes home."""
@@ -198,7 +206,7 @@ class _Table:
         to_0, to_1 = self.to[cell[0], moves[0]], self.to[cell[1], moves[0]]
         where = self.to[self.held(cell[0], grip[0]), moves[0]]
         goes = (to_0 != NOWHERE) & (to_1 != NOWHERE) & (where != NOWHERE)
-        return np.where(goes, self.numbers(_Robots((to_0, to_1), grip)), states), goes & self.home[where]
+        return np.where(goes, self.numbers((to_0, to_1), grip), states), goes & self.home[where]
 
 
 def _grip_at(world: RescueMap) -> IntArray:
@@ -208,15 +216,3 @@ def _grip_at(world: RescueMap) -> IntArray:
     grip[row, max(column - 1, 0) : column] = ON_ITS_RIGHT
     grip[row, column + 1 : column + 2] = ON_ITS_LEFT
     return grip.ravel()
-
-
-def _neighbours(world: RescueMap) -> IntArray:
-    """Return the cell that each move leads to from each cell, (cells, 5); NOWHERE if outside or an obstacle."""
-    to = np.full((world.n_cells, len(MOVES)), NOWHERE)
-    for number in range(world.n_cells):
-        row, column = world.cell(number)
-        for move, (down, right) in enumerate(MOVES):
-            cell = row + down, column + right
-            if world.is_free(cell):
-                to[number, move] = world.number(cell)
-    return to

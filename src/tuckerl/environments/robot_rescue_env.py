@@ -12,7 +12,8 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 from pettingzoo import ParallelEnv
 
-from tuckerl.checks import check_int, check_name
+from tuckerl.checks import check_int
+from tuckerl.environments.raster import RENDER_MODES, check_render_mode, rendered
 from tuckerl.environments.robot_rescue import GRIPS, robot_rescue, scene
 from tuckerl.environments.robot_rescue_map import ACTION_NAMES, AGENTS, MOVES, RescueMap, as_rescue_map
 from tuckerl.environments.robot_rescue_view import draw_rescue, write_rescue
@@ -68,7 +69,7 @@ class RobotRescueEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class i
 
     metadata: dict[str, Any] = {  # noqa: RUF012  # as PettingZoo types it
         "name": "RobotRescue-v0",
-        "render_modes": ["ansi", "rgb_array"],
+        "render_modes": RENDER_MODES,
         "render_fps": 10,
         "is_parallelizable": True,
     }
@@ -84,9 +85,7 @@ class RobotRescueEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class i
         max_cycles: int | None = 1000,
         render_mode: str | None = None,
     ) -> None:
-        if render_mode is not None:
-            check_name("render_mode", render_mode, self.metadata["render_modes"])
-        self.render_mode = render_mode
+        self.render_mode = check_render_mode(render_mode)
         self.map = as_rescue_map(map)
         self.mdp: TabularMDP = robot_rescue(
             self.map,
@@ -166,11 +165,8 @@ class RobotRescueEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class i
 
     def render(self) -> Any:
         """Return the world as it is now, as `render_mode` asks."""
-        if self.render_mode is None:
-            gymnasium.logger.warn("render() shows nothing without a render_mode: choose 'ansi' or 'rgb_array'")
-            return None
         now = scene(self.map, self._state)
-        return write_rescue(self.map, now) if self.render_mode == "ansi" else draw_rescue(self.map, now)
+        return rendered(self.render_mode, lambda: write_rescue(self.map, now), lambda: draw_rescue(self.map, now))
 
     def _observations(self) -> dict[str, np.int64]:
         # The type that the space's own samples have: PettingZoo's check of the converted environment asks for it.

@@ -1,13 +1,14 @@
 """Maps of the robot rescue world: two robots, one object, the home cells it is to be brought to, obstacles."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
 from tuckerl.errors import ParameterTypeError, ProblemError
 from tuckerl.problems.maze import Cell
-from tuckerl.types import BoolArray
+from tuckerl.types import BoolArray, IntArray
 
 FREE, OBSTACLE, HOME, OBJECT, ROBOTS = ".", "#", "H", "T", "AB"
 
@@ -16,6 +17,11 @@ MOVES = ((0, -1), (0, 1), (-1, 0), (1, 0), (0, 0))
 
 ACTION_NAMES = ("left", "right", "up", "down", "stay")
 AGENTS = ("robot_0", "robot_1")
+
+NOWHERE = -1
+"""Instead of a cell's number: outside, or an obstacle."""
+
+Place = TypeVar("Place")
 
 MAX_CELLS = 400
 """The table of a map of 400 cells has 36 million outcomes, half a gigabyte."""
@@ -83,12 +89,13 @@ class RescueMap:
             raise ProblemError(f"the map must have a home cell, {HOME!r}, to bring the object to; it has none")
         for name, value in found.items():
             object.__setattr__(self, name, value)
-        if not _can_grip(self):
+        to = neighbours(self).tolist()
+        if not _can_grip(self, to):
             raise ProblemError(
                 f"the robots cannot come to stand left and right of the object at {self.object_cell}, one on each "
                 "side: move it or clear some obstacles"
             )
-        if not _can_carry(self):
+        if not _can_carry(self, to):
             raise ProblemError(
                 f"the object cannot be carried from {self.object_cell} to a home cell with a robot on its left and one "
                 "on its right: clear some obstacles"
@@ -168,50 +175,50 @@ def _only(grid: np.ndarray[tuple[int, int], np.dtype[np.str_]], mark: str, meani
     return row, column
 
 
-def _beside(cell: Cell) -> tuple[Cell, Cell]:
-    """Return the cells left and right of one."""
-    return (cell[0], cell[1] - 1), (cell[0], cell[1] + 1)
+def neighbours(world: RescueMap) -> IntArray:
+    """Return the cell that each move leads to from each cell, (cells, 5); NOWHERE if outside or an obstacle."""
+    cells = np.arange(world.n_cells).reshape(world.obstacles.shape)
+    framed = np.pad(np.where(world.obstacles, NOWHERE, cells), 1, constant_values=NOWHERE)
+    moved = [framed[1 + down :, 1 + right :][: world.rows, : world.columns].ravel() for down, right in MOVES]
+    return np.stack(moved, axis=1)
 
 
-def _can_grip(world: RescueMap) -> bool:
+def _can_grip(world: RescueMap, to: list[list[int]]) -> bool:
     """Return whether both robots can come to grip, by a search over the pairs of their cells.
 
     One moves at a time: with two robots, every joint move that the rules allow is two such moves in some order.
     """
-    goal = set(_beside(world.object_cell))
-    # A set of pairs: asking the array, cell by cell, takes most of the search's time.
-    open_cells = {world.cell(int(number)) for number in np.flatnonzero(~world.obstacles)} - {world.object_cell}
-    seen = {world.robot_cells}
-    frontier = [world.robot_cells]
-    while frontier:
-        cells = frontier.pop()
-        if set(cells) == goal:
-            return True
-        for robot in (0, 1):
-            if cells[robot] in goal:  # it grips for good
-                continue
-            for down, right in MOVES:
-                to = (cells[robot][0] + down, cells[robot][1] + right)
-                if to not in open_cells or to == cells[1 - robot]:
-                    continue
-                reached = (to, cells[1]) if robot == 0 else (cells[0], to)
-                if reached not in seen:
-                    seen.add(reached)
-                    frontier.append(reached)
-    return False
+    thing = world.number(world.object_cell)
+    goal = set(to[thing][:2])  # left and right
+
+    def moved(cells: tuple[int, int]) -> Iterator[tuple[int, int]]:
+        first, second = cells
+        barred = (NOWHERE, thing, first, second)
+        if first not in goal:  # else it grips for good
+            yield from ((cell, second) for cell in to[first] if cell not in barred)
+        if second not in goal:
+            yield from ((first, cell) for cell in to[second] if cell not in barred)
+
+    begin = world.number(world.robot_cells[0]), world.number(world.robot_cells[1])
+    return any(set(cells) == goal for cells in _reached(begin, moved))
 
 
-def _can_carry(world: RescueMap) -> bool:
+def _can_carry(world: RescueMap, to: list[list[int]]) -> bool:
     """Return whether the object, a robot on either side, can come to a home cell."""
-    seen = {world.object_cell}
-    frontier = [world.object_cell]
+
+    def moved(cell: int) -> Iterator[int]:
+        return (new for new in to[cell] if new != NOWHERE and NOWHERE not in to[new][:2])
+
+    homes = world.homes.ravel()
+    return any(homes[cell] for cell in _reached(world.number(world.object_cell), moved))
+
+
+def _reached(begin: Place, moved: Callable[[Place], Iterable[Place]]) -> Iterator[Place]:
+    """Search from a place: give it and every other one that moves lead to, once."""
+    seen, frontier = {begin}, [begin]
     while frontier:
-        row, column = frontier.pop()
-        if world.homes[row, column]:
-            return True
-        for down, right in MOVES:
-            to = (row + down, column + right)
-            if to not in seen and all(world.is_free(cell) for cell in (to, *_beside(to))):
-                seen.add(to)
-                frontier.append(to)
-    return False
+        place = frontier.pop()
+        yield place
+        new = set(moved(place)) - seen
+        seen |= new
+        frontier += new

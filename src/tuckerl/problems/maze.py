@@ -83,10 +83,12 @@ class Maze:
 
     def shortest_path(self) -> list[Cell]:
         """Return the cells of one shortest path, from start to goal, both included (breadth-first)."""
-        distances = self._distances()
+        distances = dict(np.ndenumerate(self._distances()))
         path = [self.start]
         while path[-1] != self.goal:
-            path.append(min(self._neighbours(path[-1]), key=lambda cell: distances[cell]))
+            row, column = path[-1]
+            around = ((row + down, column + right) for down, right in MOVES)
+            path.append(next(cell for cell in around if distances.get(cell) == distances[row, column] - 1))
         return path
 
     def heuristic(self, metric: Metric = "squared") -> FloatArray:
@@ -129,14 +131,6 @@ class Maze:
             action_names=ACTION_NAMES,
             state_factors=(("row", self.rows), ("column", self.columns)),
         )
-
-    def _neighbours(self, cell: Cell) -> list[Cell]:
-        around = ((cell[0] + down, cell[1] + right) for down, right in MOVES)
-        return [
-            (row, column)
-            for row, column in around
-            if 0 <= row < self.rows and 0 <= column < self.columns and not self.walls[row, column]
-        ]
 
     def _distances(self) -> IntArray:
         """Return each cell's number of steps to the goal, -1 where there is no way."""

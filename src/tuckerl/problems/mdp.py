@@ -181,14 +181,11 @@ class TabularMDP(Problem):
         arrays, pairs = self.arrays, self.n_states * self.n_actions
         offsets = arrays.offsets if arrays.offsets.size else np.arange(pairs + 1)
         origin = np.repeat(np.arange(pairs) // self.n_actions, np.diff(offsets))
-        reached, frontier = (np.zeros(self.n_states, dtype=np.bool_) for _ in range(2))
-        frontier[arrays.start_state] = True
-        while frontier.any():
-            reached |= frontier
-            leaving = frontier[origin]
-            frontier = np.zeros(self.n_states, dtype=np.bool_)
-            frontier[arrays.next_state[leaving & ~arrays.terminated]] = True
-            frontier &= ~reached
+        reached, n_before = np.zeros(self.n_states, dtype=np.bool_), 0
+        reached[arrays.start_state] = True
+        while (n_reached := int(np.count_nonzero(reached))) > n_before:
+            n_before = n_reached
+            reached[arrays.next_state[reached[origin] & ~arrays.terminated]] = True
         reached[arrays.next_state[reached[origin]]] = True  # an episode may end in a state that none goes on from
         return None if reached.all() else ~reached
 

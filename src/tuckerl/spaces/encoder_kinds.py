@@ -3,7 +3,7 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import gymnasium
 import numpy as np
@@ -24,6 +24,7 @@ from tuckerl.spaces.encode_functions import (
 )
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
+N = TypeVar("N", int, IntArray)
 _MOST_NUMBERS = 2**63  # what int64 counts, from 0
 
 
@@ -168,10 +169,7 @@ class ArrayEncoder(SpaceEncoder):
         valid = self._valid(rows)
         if not valid.all():
             raise self._refused(array[int(np.argmin(valid))])
-        codes = np.zeros(len(array), np.int64)
-        for digits, size in zip(self._digits(rows).T, self.sizes, strict=True):
-            codes = codes * size + digits
-        return codes
+        return _joined(self._digits(rows).T, self.sizes, np.zeros(len(array), np.int64))
 
     def _array(self, values: Any) -> NDArray[Any] | None:
         try:
@@ -183,13 +181,6 @@ class ArrayEncoder(SpaceEncoder):
     def _refused(self, value: Any) -> ObservationError:
         expected = f"{self._expected} of shape {self._shape}" if self._shape else self._expected.rstrip(",")
         return ObservationError(f"{self._what} must be {expected}, as in {_shown(self.space)}; got {_shown(value)}")
-
-    def _split(self, code: int) -> list[int]:
-        digits = []
-        for size in reversed(self.sizes):
-            code, digit = divmod(code, size)
-            digits.append(digit)
-        return digits[::-1]
 
 
 class WholeNumberEncoder(ArrayEncoder):
@@ -229,7 +220,7 @@ class WholeNumberEncoder(ArrayEncoder):
         return (rows.astype(self._wide) - self._low_row).astype(np.int64)
 
     def _member(self, code: int) -> Any:
-        values = [low + digit for low, digit in zip(self._lows, self._split(code), strict=True)]
+        values = [low + digit for low, digit in zip(self._lows, _split(code, self.sizes), strict=True)]
         return values[0] if self._is_number else np.array(values, self.space.dtype).reshape(self._shape)
 
 
@@ -262,7 +253,7 @@ class BinnedEncoder(ArrayEncoder):
 
     def _member(self, code: int) -> Any:
         dtype = np.dtype(self.space.dtype)
-        places = zip(self._lists, self._split(code), self._bounds, strict=True)
+        places = zip(self._lists, _split(code, self.sizes), self._bounds, strict=True)
         return np.array([bin_middle(*place, dtype) for place in places], dtype).reshape(self._shape)
 
 
@@ -274,13 +265,13 @@ class ProductEncoder(SpaceEncoder):
             raise SpaceError(f"{what} must be a space with parts; got {space}")
         self._keys = list(parts) if isinstance(space, Dict) else None
         self.parts = tuple(parts.values())
+        self._radices = [part.n for part in self.parts]
         sizes = (size for part in self.parts for size in part.sizes)
         super().__init__(space, sizes, (e for part in self.parts for e in part.edges), what)
         self.encode = self._encoder()
 
     def _encoder(self) -> EncodeFunction:
-        encoders, radices = [part.encode for part in self.parts], [part.n for part in self.parts]
-        encode = tuple_encoder(encoders, radices, self._encode_with_care)
+        encode = tuple_encoder([part.encode for part in self.parts], self._radices, self._encode_with_care)
         return encode if self._keys is None else dict_encoder(self._keys, encode, self._encode_with_care)
 
     def is_batch(self, values: Any) -> bool:  # noqa: D102  # as in SpaceEncoder
@@ -294,10 +285,7 @@ class ProductEncoder(SpaceEncoder):
         parts = self._parts_of(value)
         if parts is None:
             raise self._refused(value)
-        code = 0
-        for part, one in zip(self.parts, parts, strict=True):
-            code = code * part.n + part.encode(one)
-        return code
+        return _joined((part.encode(one) for part, one in zip(self.parts, parts, strict=True)), self._radices, 0)
 
     def _numbers(self, values: Any) -> IntArray:
         parts = self._parts_of(values)
@@ -308,17 +296,11 @@ class ProductEncoder(SpaceEncoder):
             raise ObservationError(
                 f"a batch of {self._what} must have parts of one length; got {', '.join(str(r.size) for r in rows)}"
             )
-        codes = rows[0]
-        for part, row in zip(self.parts[1:], rows[1:], strict=True):
-            codes = codes * part.n + row
-        return codes
+        return _joined(rows[1:], self._radices[1:], rows[0])
 
     def _member(self, code: int) -> Any:
-        members = []
-        for part in reversed(self.parts):
-            code, digit = divmod(code, part.n)
-            members.append(part._member(digit))
-        members.reverse()
+        digits = _split(code, self._radices)
+        members = [part._member(digit) for part, digit in zip(self.parts, digits, strict=True)]
         return tuple(members) if self._keys is None else dict(zip(self._keys, members, strict=True))
 
     def _parts_of(self, value: Any) -> Sequence[Any] | None:
@@ -333,6 +315,23 @@ class ProductEncoder(SpaceEncoder):
         if self._keys is not None:
             expected = f"a mapping with the keys {', '.join(map(repr, self._keys))}"
         return ObservationError(f"{self._what} must be {expected}, as in {_shown(self.space)}; got {_shown(value)}")
+
+
+def _joined(digits: Iterable[N], sizes: Sequence[int], first: N) -> N:
+    """Return the number that digits make after the `first`, the last of them changing fastest."""
+    code = first
+    for digit, size in zip(digits, sizes, strict=True):
+        code = code * size + digit
+    return code
+
+
+def _split(code: int, sizes: Sequence[int]) -> list[int]:
+    """Return the digits of a number."""
+    digits = []
+    for size in reversed(sizes):
+        code, digit = divmod(code, size)
+        digits.append(digit)
+    return digits[::-1]
 
 
 def _shown(value: object) -> str:

@@ -36,7 +36,12 @@ def check_carried(problem: Problem, stage: Any, played: list[Moment], episodes: 
     if problem.kind in KIND_CHECKS:
         check_alone, check_played = KIND_CHECKS[problem.kind]
         check_alone(problem, stage.source, episodes, seed)
-        _check_size(problem, stage)
+        sizes = (stage.observations.n if stage.observations else "uncountably many", stage.actions.n)
+        if sizes != (problem.n_states, problem.n_actions):
+            raise ProblemCheckError(
+                f"the transitions that {stage.source} carries have {problem.n_states} states and {problem.n_actions} "
+                f"actions, and its spaces have {sizes[0]} and {sizes[1]}: {_ADVICE}"
+            )
         check_played(problem, stage, played)
 
 
@@ -57,18 +62,14 @@ def _check_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> None:
                 f"{moment.reward} and terminated {bool(moment.terminated)} {moment.where}, which the table that it "
                 f"carries does not hold: {_ADVICE}"
             )
-        if not moment.terminated and moment.mask is not None and mdp.arrays.action_mask.size:
-            _check_mask(mdp, after, moment, stage.source)
+        if not moment.terminated and moment.mask is not None and mdp.action_mask is not None:
+            allowed = mdp.action_mask[after]
+            if not np.array_equal(allowed, moment.mask):
+                raise ProblemCheckError(
+                    f"{stage.source} allowed the actions {np.flatnonzero(moment.mask)} in state {after} "
+                    f"{moment.where}, and the table that it carries {np.flatnonzero(allowed)}: {_ADVICE}"
+                )
         state = after
-
-
-def _check_size(problem: Problem, stage: Any) -> None:
-    sizes = (stage.observations.n if stage.observations else "uncountably many", stage.actions.n)
-    if sizes != (problem.n_states, problem.n_actions):
-        raise ProblemCheckError(
-            f"the transitions that {stage.source} carries have {problem.n_states} states and {problem.n_actions} "
-            f"actions, and its spaces have {sizes[0]} and {sizes[1]}: {_ADVICE}"
-        )
 
 
 def _is_outcome(mdp: TabularMDP, state: int, moment: Moment, after: int) -> bool:
@@ -76,15 +77,6 @@ def _is_outcome(mdp: TabularMDP, state: int, moment: Moment, after: int) -> bool
     which = slice(arrays.offsets[pair], arrays.offsets[pair + 1]) if arrays.offsets.size else slice(pair, pair + 1)
     found = (arrays.next_state[which] == after) & (arrays.terminated[which] == moment.terminated)
     return bool((found & np.isclose(arrays.reward[which], moment.reward, _TOLERANCE, _TOLERANCE)).any())
-
-
-def _check_mask(mdp: TabularMDP, state: int, moment: Moment, source: str) -> None:
-    allowed = mdp.arrays.action_mask[state]
-    if not np.array_equal(allowed, moment.mask):
-        raise ProblemCheckError(
-            f"{source} allowed the actions {np.flatnonzero(moment.mask)} in state {state} {moment.where}, and the "
-            f"table that it carries {np.flatnonzero(allowed)}: {_ADVICE}"
-        )
 
 
 def _check_simulator(simulator: Simulator, stage: Any, played: list[Moment]) -> None:

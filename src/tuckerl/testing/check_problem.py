@@ -1,14 +1,11 @@
 """What every problem must keep to, whatever its kind."""
 
-from typing import Any
-
-import gymnasium
 import pettingzoo
 
-from tuckerl.adapters.making import maker_of
+from tuckerl.adapters.making import made_of
 from tuckerl.adapters.resolve import Environment, as_problem
 from tuckerl.checks import check_int
-from tuckerl.errors import ParameterTypeError, ProblemCheckError, ProblemError
+from tuckerl.errors import ProblemCheckError, ProblemError
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.problem import Problem
 from tuckerl.testing.carried import KIND_CHECKS
@@ -56,13 +53,7 @@ def check_problem(problem: Environment, *, episodes: int = 20, seed: int = 0) ->
     if isinstance(problem, (Problem, Maze)) and (own := as_problem(problem)).kind in KIND_CHECKS:
         KIND_CHECKS[own.kind][0](own, repr(problem), n_episodes, number)
     else:
-        make = maker_of(problem)
-        env: Any = problem if make is None else make()
-        if not isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
-            raise ParameterTypeError(
-                "problem must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable "
-                f"that makes one, a TabularMDP, a Simulator or a Maze; got {env!r}"
-            )
+        env, make = made_of(problem, "problem")
         check = check_parallel if isinstance(env, pettingzoo.ParallelEnv) else check_environment
         try:
             check(env, make, n_episodes, number)

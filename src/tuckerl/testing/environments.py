@@ -1,9 +1,12 @@
 """Checks of Gymnasium environments."""
 
+import contextlib
 import copy
+import io
 import math
 import warnings
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import islice
 from numbers import Real
 from typing import Any
@@ -21,7 +24,7 @@ from tuckerl.errors import ObservationError, ProblemCheckError, SpaceError
 from tuckerl.rng import child, seed_sequence
 from tuckerl.spaces.encoder import SpaceEncoder, space_encoder
 from tuckerl.testing.carried import check_carried
-from tuckerl.testing.playing import Moment, Stage, check_equal, moments
+from tuckerl.testing.playing import Moment, Stage, check_equal, moments, random_code
 
 _BESIDE = 200  # steps of two environments side by side
 SEEDS_DECIDE = "the same seed and the same actions must lead to the same play"
@@ -39,7 +42,8 @@ def check_environment(env: Any, make: Callable[[], Any] | None, episodes: int, s
     """
     source = name_of(env)
     stage = GymStage(env, source)
-    _check_by_gymnasium(env, source)
+    test = partial(check_env, env, skip_render_check=True, skip_close_check=True)
+    check_by_library(test, "gymnasium.utils.env_checker.check_env", source)
     sequence = seed_sequence(seed)
     played = list(moments(stage, child(sequence, 0), episodes))
     check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_ADVICE)
@@ -84,12 +88,6 @@ class GymStage(Stage):
         self.observations = encoder_of_observations(self.read.observation_space)
         self._spaces = (copy.deepcopy(env.observation_space), copy.deepcopy(env.action_space))
         self._mask: Any = None
-        self._is_over = True
-
-    @property
-    def is_over(self) -> bool:
-        """Whether the episode has ended."""
-        return self._is_over
 
     def begin(self, seeds: EpisodeSeeds, where: str) -> Moment:
         """Begin an episode."""
@@ -99,14 +97,12 @@ class GymStage(Stage):
                 f"spaces must stay as they are, as tables have as many rows and columns; {where} those of "
                 f"{self.source} became {self.env.observation_space} and {self.env.action_space}: declare the largest"
             )
-        self._is_over = False
+        self.is_over = False
         return self._seen(Moment(where, None, observation, 0.0, False, False), info)
 
     def act(self, rng: np.random.Generator, where: str) -> Moment:
         """Take a random step that is allowed."""
-        n = self.actions.n
-        allowed = None if self._mask is None else np.flatnonzero(self._mask)
-        code = int(rng.integers(n)) if allowed is None else int(rng.choice(allowed))
+        code = random_code(rng, self.actions.n, self._mask)
         action = self.actions.decode(code)
         observation, reward, terminated, truncated, info = self.env.step(action)
         check_reward(reward, f"{where} (action {action})", self.source)
@@ -115,14 +111,14 @@ class GymStage(Stage):
                 raise ProblemCheckError(
                     f"{name} must be True or False; {where} of {self.source} it was {end!r}: write bool(...)"
                 )
-        self._is_over = bool(terminated or truncated)
+        self.is_over = bool(terminated or truncated)
         return self._seen(Moment(where, code, observation, reward, terminated, truncated), info)
 
     def _seen(self, moment: Moment, info: Any) -> Moment:
         check_observation(self.env.observation_space, moment.observation, moment.where, self.source)
         if not isinstance(info, dict):
             raise ProblemCheckError(f"info must be a dict; {moment.where} of {self.source} it was {info!r}")
-        observation, self._mask = read_mask(self.read, moment.observation, info, moment, over=self._is_over)
+        observation, self._mask = read_mask(self.read, moment.observation, info, moment, over=self.is_over)
         return moment._replace(observation=copy.deepcopy(observation), mask=copy.deepcopy(self._mask))
 
 
@@ -190,12 +186,16 @@ def read_mask(read: MaskReader, observation: Any, info: Any, moment: Moment, *, 
     return part, mask
 
 
-def _check_by_gymnasium(env: Any, source: str) -> None:
-    with warnings.catch_warnings():
+def check_by_library(test: Callable[[], object], name: str, source: str) -> None:
+    """Check that an environment passes the test of the library that it is written for.
+
+    Raises
+    ------
+    ProblemCheckError
+    """
+    with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
         warnings.simplefilter("ignore")
         try:
-            check_env(env, skip_render_check=True, skip_close_check=True)
-        except Exception as error:  # Gymnasium raises its own, AssertionError, TypeError, ...
-            raise ProblemCheckError(
-                f"{source} does not pass gymnasium.utils.env_checker.check_env: {str(error) or repr(error)}"
-            ) from error
+            test()
+        except Exception as error:  # the libraries' own, AssertionError, and whatever the environment raises
+            raise ProblemCheckError(f"{source} does not pass {name}: {str(error) or repr(error)}") from error

@@ -1,10 +1,8 @@
 """Checks of PettingZoo's parallel environments."""
 
-import contextlib
 import copy
-import io
-import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,7 @@ from pettingzoo.utils.conversions import (
     turn_based_aec_to_parallel_wrapper,
 )
 
-from tuckerl.adapters.joint import JointEnv
+from tuckerl.adapters.joint import JointEnv, agents_of
 from tuckerl.adapters.making import name_of
 from tuckerl.adapters.masks import MaskReader
 from tuckerl.adapters.python_world import EnvironmentCopies
@@ -30,12 +28,13 @@ from tuckerl.testing.environments import (
     SEEDS_DECIDE,
     GymStage,
     check_beside,
+    check_by_library,
     check_observation,
     check_reward,
     encoder_of_observations,
     read_mask,
 )
-from tuckerl.testing.playing import Moment, Stage, check_equal, moments
+from tuckerl.testing.playing import Moment, Stage, check_equal, moments, random_code
 
 _CYCLES = 200  # of PettingZoo's own test
 # What PettingZoo's test refuses, without a word: environments made of others that it tests in their own form.
@@ -53,7 +52,10 @@ def check_parallel(env: Any, make: Callable[[], Any] | None, episodes: int, seed
     stage = ParallelStage(env, source)
     sequence, copies = seed_sequence(seed), EnvironmentCopies(env, source, make)
     played = list(moments(stage, child(sequence, 0), episodes))
-    _check_by_pettingzoo(copies.another(), source)
+    other = copies.another()
+    if not isinstance(other.unwrapped, _CONVERTED):
+        test = partial(parallel_api_test, other, num_cycles=_CYCLES)
+        check_by_library(test, "pettingzoo.test.parallel_api_test", source)
     check_equal(played, moments(stage, child(sequence, 0), episodes), SEEDS_DECIDE, SEEDS_ADVICE)
     check_beside(stage, ParallelStage(copies.another(), source), sequence, played)
     _check_carried(env, source, episodes, seed)
@@ -64,9 +66,7 @@ class ParallelStage(Stage):
 
     def __init__(self, env: Any, source: str) -> None:
         super().__init__(env, source)
-        self.agents = tuple(getattr(env, "possible_agents", None) or ())
-        if not self.agents:
-            raise ProblemCheckError(f"{source} must list all agents that it may have as `possible_agents`")
+        self.agents = tuple(agents_of(env))
         self._actions = {
             agent: space_encoder(env.action_space(agent), what=f"action of {agent}") for agent in self.agents
         }
@@ -75,15 +75,10 @@ class ParallelStage(Stage):
             encoder_of_observations(reader.observation_space)
         self._spaces = copy.deepcopy(self._present_spaces())
         self._masks: dict[Any, Any] = {}
-        self._live: tuple[Any, ...] = ()
+        self._live: tuple[Any, ...] = ()  # who has not left
 
     def _present_spaces(self) -> dict[Any, Any]:
         return {p: (self.env.observation_space(p), self.env.action_space(p)) for p in self.agents}
-
-    @property
-    def is_over(self) -> bool:
-        """Whether all agents have left."""
-        return not self._live
 
     def begin(self, seeds: EpisodeSeeds, where: str) -> Moment:
         """Begin an episode of all agents."""
@@ -93,13 +88,13 @@ class ParallelStage(Stage):
                 f"spaces must stay as they are, as tables have as many rows and columns; {where} those of "
                 f"{self.source} became {self._present_spaces()}: declare the largest"
             )
-        self._live = tuple(self.env.agents)
+        self._live, self.is_over = tuple(self.env.agents), False
         self._check_agents(observations, where)
         return self._seen(Moment(where, None, observations, None, {}, {}), infos)
 
     def act(self, rng: np.random.Generator, where: str) -> Moment:
         """Let all agents take random actions that are allowed."""
-        codes = {agent: self._code(agent, rng) for agent in self._live}
+        codes = {p: random_code(rng, self._actions[p].n, self._masks.get(p)) for p in self._live}
         chosen = {agent: self._actions[agent].decode(code) for agent, code in codes.items()}
         observations, rewards, terminations, truncations, infos = self.env.step(chosen)
         for name, given in (("observation", observations), ("reward", rewards), ("termination", terminations)):
@@ -124,12 +119,9 @@ class ParallelStage(Stage):
         for agent in chosen:
             check_reward(rewards[agent], f"for {agent} {where} (actions {chosen})", self.source)
         self._live = tuple(p for p in chosen if not terminations[p] and not truncations.get(p))
+        self.is_over = not self._live
         moment = Moment(where, codes, observations, dict(rewards), dict(terminations), dict(truncations))
         return self._seen(moment, infos)
-
-    def _code(self, agent: Any, rng: np.random.Generator) -> int:
-        mask = self._masks.get(agent)
-        return int(rng.integers(self._actions[agent].n) if mask is None else rng.choice(np.flatnonzero(mask)))
 
     def _check_agents(self, observations: Any, where: str) -> None:
         unknown = [agent for agent in self._live if agent not in self.agents]
@@ -154,19 +146,6 @@ class ParallelStage(Stage):
             info = infos.get(agent) or {}
             parts[agent], self._masks[agent] = read_mask(self._read[agent], observation, info, moment, over=over)
         return moment._replace(observation=copy.deepcopy(parts), mask=copy.deepcopy(self._masks))
-
-
-def _check_by_pettingzoo(env: Any, source: str) -> None:
-    if isinstance(env.unwrapped, _CONVERTED):
-        return
-    with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
-        warnings.simplefilter("ignore")
-        try:
-            parallel_api_test(env, num_cycles=_CYCLES)
-        except Exception as error:  # it raises AssertionError, and whatever the environment does
-            raise ProblemCheckError(
-                f"{source} does not pass pettingzoo.test.parallel_api_test: {str(error) or repr(error)}"
-            ) from error
 
 
 def _check_carried(env: Any, source: str, episodes: int, seed: int) -> None:

@@ -12,6 +12,7 @@ from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.errors import ProblemCheckError
 from tuckerl.rng import child
 from tuckerl.testing.limits import BUDGET, LONGEST
+from tuckerl.types import BoolArray
 
 
 class Moment(NamedTuple):
@@ -27,7 +28,15 @@ class Moment(NamedTuple):
 
 
 class Stage(ABC):
-    """An environment to be played at random."""
+    """An environment to be played at random.
+
+    Attributes
+    ----------
+    is_over : bool
+        Whether the episode has ended: nobody is there to act.
+    """
+
+    is_over = True
 
     def __init__(self, env: Any, source: str) -> None:
         self.env, self.source = env, source
@@ -40,10 +49,10 @@ class Stage(ABC):
     def act(self, rng: np.random.Generator, where: str) -> Moment:
         """Take a random step that is allowed, and check what came."""
 
-    @property
-    @abstractmethod
-    def is_over(self) -> bool:
-        """Whether the episode has ended."""
+
+def random_code(rng: np.random.Generator, n: int, mask: BoolArray | None) -> int:
+    """Return the number of one of `n` actions, which its mask allows where there is one."""
+    return int(rng.integers(n) if mask is None else rng.choice(np.flatnonzero(mask)))
 
 
 def moments(stage: Stage, sequence: np.random.SeedSequence, episodes: int) -> Iterator[Moment]:

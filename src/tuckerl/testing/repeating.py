@@ -10,7 +10,6 @@ from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import LearnerCheckError
 from tuckerl.testing.small_problems import corridor, drift, slippery, stepped_corridor
 from tuckerl.testing.subject import EVERY, Subject, check_same, tensor_step
-from tuckerl.training.learner import Learner
 
 _FIRST, _MORE = 2 * EVERY + 3, EVERY  # the first part ends within a window
 _KEEP = (
@@ -54,24 +53,19 @@ def _check_parts(subject: Subject, problem: Any, settings: dict[str, Any]) -> No
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "learner.tuckerl"
         parts.save(path)
-        loaded = _loaded(subject, path, None if parts.problem.is_data else problem)
+        try:
+            loaded = subject.learner_class.load(path, env=None if parts.problem.is_data else problem)
+        except Exception as error:  # whatever the learner's own part of it raises
+            raise LearnerCheckError(
+                f"{subject.name}.load must read what save wrote; it raised {type(error).__name__}: {error}: keep the "
+                "constructor's parameters as attributes of the same names, and declare arrays in declare_state"
+            ) from error
     parts.learn(_MORE)
     what = f"learning {_FIRST} and then {_MORE} episodes must equal learning {_FIRST + _MORE}"
     check_same(whole, parts, f"{what}, with {settings['n_agents']} of {subject.name}", _KEEP)
     loaded.learn(_MORE)
     what = f"a {subject.name} that was saved and loaded must go on as if it had not been"
     check_same(whole, loaded, what, _KEEP)
-
-
-def _loaded(subject: Subject, path: Path, env: Environment | None) -> Learner:
-    try:
-        learner = subject.learner_class.load(path, env=env)
-    except Exception as error:  # whatever the learner's own part of it raises
-        raise LearnerCheckError(
-            f"{subject.name}.load must read what save wrote; it raised {type(error).__name__}: {error}: keep the "
-            "constructor's parameters as attributes of the same names, and declare arrays in declare_state"
-        ) from error
-    return learner
 
 
 def _check_agents(subject: Subject) -> None:

@@ -93,59 +93,54 @@ class _Interpreted:
 
     def __init__(self, simulator: Simulator) -> None:
         self.simulator = simulator
-        functions = simulator.functions
-        self._reset, self._step, self._index = (
-            getattr(function, "py_func", function) for function in (functions.reset, functions.step, functions.index)
-        )
 
     def begun(self, words: Stream, where: Where) -> Moment:
         """Reset twice, over two different states."""
-        ends = []
-        for garbage in _GARBAGE:
-            state, own = np.full(self.simulator.state_size, garbage), words.copy()
-            returned = self._call("reset", self._reset, where, state, own)
-            if returned is not None:
-                raise ProblemCheckError(
-                    f"reset must return nothing and write the first state into `state`; it returned {returned!r}"
-                )
-            ends.append((state, own))
-        (first, own), (second, other) = ends
-        self._check_all_set(first, second, where)
+        garbage = [np.full(self.simulator.state_size, number) for number in _GARBAGE]
+        (first, own, returned), (second, other, _) = (self._moved("reset", where, state, words) for state in garbage)
+        if returned is not None:
+            raise ProblemCheckError(
+                f"reset must return nothing and write the first state into `state`; it returned {returned!r}"
+            )
+        kept = np.flatnonzero((first == garbage[0]) & (second == garbage[1]))
+        if kept.size:
+            raise ProblemCheckError(
+                f"reset must set every entry of the state, which still holds the former episode's; {where} entry "
+                f"{kept[0]} was left as it was: begin with `state[:] = 0.0`"
+            )
         if not _same(first, second) or not _same(own, other):
             raise ProblemCheckError(
                 f"reset must give the same state on the same stream; {where} it gave {first}, then {second}: "
                 f"{_STREAM_ONLY}"
             )
-        self._check_finite(first, 0.0, where)
-        row = self._row(first, where)
-        return Moment(where, np.full(first.size, _GARBAGE[0]), words, -1, first, own, 0.0, False, row)
+        return Moment(where, garbage[0], words, -1, first, own, 0.0, False, self._row(first, 0.0, where))
 
     def stepped(self, last: Moment, action: int, where: Where) -> Moment:
         """Step twice, from the same state on the same stream."""
-        before, words = last.after, last.words_after
-        results = []
-        for _ in range(2):
-            state, own = before.copy(), words.copy()
-            returned = self._call("step", self._step, where, state, action, own)
+        results = [self._moved("step", where, last.after, last.words_after, action) for _ in range(2)]
+        for _, _, returned in results:
             if not isinstance(returned, tuple) or len(returned) != 2 or not _is_outcome(*returned):
                 raise ProblemCheckError(
                     f"step must return (reward, terminated), a number and a bool; {where} it returned {returned!r}: "
                     "write, for example, `return -1.0, state[0] == 4.0`"
                 )
-            results.append((state, own, float(returned[0]), bool(returned[1])))
-        first, second = results
+        first, second = ((state, own, float(paid), bool(ended)) for state, own, (paid, ended) in results)
         if not all(map(_same, first, second)):
             raise ProblemCheckError(
                 f"step must give the same on the same state, action and stream; {where} it gave state {first[0]}, "
                 f"reward {first[2]}, terminated {first[3]}, then {second[0]}, {second[2]}, {second[3]}: {_STREAM_ONLY}"
             )
-        state, own, reward, terminated = first
-        self._check_finite(state, reward, where)
-        return Moment(where, before, words, action, state, own, reward, terminated, self._row(state, where))
+        return Moment(where, last.after, last.words_after, action, *first, self._row(first[0], first[2], where))
 
-    def _row(self, state: FloatArray, where: Where) -> int:
+    def _row(self, state: FloatArray, reward: float, where: Where) -> int:
+        """Return the row of a state, which must be finite as the reward."""
+        if not np.isfinite(state).all() or not math.isfinite(reward):
+            raise ProblemCheckError(
+                f"rewards and states must be finite; {where} the reward was {reward} and the state {state}: end "
+                "the episode before, or keep the numbers within bounds"
+            )
         seen = state.copy()
-        row = self._call("index", self._index, where, seen)
+        row = self._call("index", where, seen)
         if not _same(seen, state):
             raise ProblemCheckError(
                 f"index must only look at the state; {where} it changed it from {state} to {seen}: move that into step"
@@ -165,10 +160,19 @@ class _Interpreted:
             )
         return int(row)
 
-    def _call(self, role: str, function: Any, where: Where, *arguments: Any) -> Any:
+    def _moved(
+        self, role: str, where: Where, before: FloatArray, words: Stream, *action: int
+    ) -> tuple[FloatArray, Stream, Any]:
+        """Return the state and the stream that reset or step leave, and what they return."""
+        state, own = before.copy(), words.copy()
+        returned = self._call(role, where, state, *action, own)
+        return state, own, returned
+
+    def _call(self, role: str, where: Where, *arguments: Any) -> Any:
+        function = getattr(self.simulator.functions, role)
         parameters = np.array(self.simulator.parameters)  # a copy that may be written to, to say who did
         try:
-            returned = function(parameters, *arguments)
+            returned = getattr(function, "py_func", function)(parameters, *arguments)
         except Exception as error:  # whatever a user's function raises
             raise ProblemCheckError(
                 f"{role} raised {type(error).__name__} {where}: {error}; correct it, as compiled code cannot raise"
@@ -180,21 +184,6 @@ class _Interpreted:
             )
         return returned
 
-    def _check_all_set(self, first: FloatArray, second: FloatArray, where: Where) -> None:
-        kept = np.flatnonzero((first == _GARBAGE[0]) & (second == _GARBAGE[1]))
-        if kept.size:
-            raise ProblemCheckError(
-                f"reset must set every entry of the state, which still holds the former episode's; {where} entry "
-                f"{kept[0]} was left as it was: begin with `state[:] = 0.0`"
-            )
-
-    def _check_finite(self, state: FloatArray, reward: float, where: Where) -> None:
-        if not np.isfinite(state).all() or not math.isfinite(reward):
-            raise ProblemCheckError(
-                f"rewards and states must be finite; {where} the reward was {reward} and the state {state}: end the "
-                "episode before, or keep the numbers within bounds"
-            )
-
 
 def _compare(simulator: Simulator, world: Any, moment: Moment) -> None:
     """Check that compiled code does in one call what Python did."""
@@ -205,31 +194,26 @@ def _compare(simulator: Simulator, world: Any, moment: Moment) -> None:
         row = reset(arrays, words)
     else:
         row, reward, terminated = step(arrays, 0, moment.action, words)
-    if arrays.fault[KIND] > 0.0:
-        ours: Any = "a state or a number that is impossible, or an error"
-        raise _disagreement("result", f"that of {moment.after}", ours, moment)
-    if not np.array_equal(words, moment.words_after):
-        raise _disagreement("stream", moment.words_after, words, moment)
     state, exact = arrays.state.copy(), _same(arrays.state, moment.after)
-    if not np.allclose(state, moment.after, TOLERANCE, TOLERANCE):
-        raise _disagreement("state", moment.after, state, moment)
+    fault = "a state or a number that is impossible, or an error"
+    close, alike = np.allclose(state, moment.after, TOLERANCE, TOLERANCE), terminated == moment.terminated
     # Where the states differ by rounding, what jumps at an edge may differ with them.
-    expected = moment.row if exact else simulator.functions.index(simulator.parameters, state)
-    if row != expected:
-        raise _disagreement("index", expected, row, moment)
-    if terminated != moment.terminated and exact:
-        raise _disagreement("terminated", moment.terminated, terminated, moment)
-    if terminated == moment.terminated and not np.isclose(reward, moment.reward, TOLERANCE, TOLERANCE):
-        raise _disagreement("reward", moment.reward, reward, moment)
-
-
-def _disagreement(what: str, python: Any, compiled: Any, moment: Moment) -> ProblemCheckError:
-    return ProblemCheckError(
-        f"Python and compiled code must agree to {TOLERANCE:g}; {moment.where} the {what} is {python} in Python and "
-        f"{compiled} compiled: names outside of the functions keep the value that they had when these were compiled "
-        "(put what changes into `parameters`), random and np.random have other streams (use tuckerl.rng.uniform), and "
-        "whole numbers have 64 bits"
-    )
+    expected = simulator.functions.index(simulator.parameters, state) if close and not exact else moment.row
+    for agrees, what, python, compiled in (
+        (arrays.fault[KIND] == 0.0, "result", f"that of {moment.after}", fault),
+        (_same(words, moment.words_after), "stream", moment.words_after, words),
+        (close, "state", moment.after, state),
+        (row == expected, "index", expected, row),
+        (alike or not exact, "terminated", moment.terminated, terminated),
+        (not alike or np.isclose(reward, moment.reward, TOLERANCE, TOLERANCE), "reward", moment.reward, reward),
+    ):
+        if not agrees:
+            raise ProblemCheckError(
+                f"Python and compiled code must agree to {TOLERANCE:g}; {moment.where} the {what} is {python} in "
+                f"Python and {compiled} compiled: names outside of the functions keep the value that they had when "
+                "these were compiled (put what changes into `parameters`), random and np.random have other streams "
+                "(use tuckerl.rng.uniform), and whole numbers have 64 bits"
+            )
 
 
 def _is_outcome(reward: Any, terminated: Any) -> bool:

@@ -11,7 +11,7 @@ from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.simulator import Simulator
 from tuckerl.rng import uniform
-from tuckerl.types import FloatArray, Stream
+from tuckerl.types import BoolArray, FloatArray, Stream
 
 LENGTH = 5
 FORBIDDEN_VALUE = 1e6
@@ -20,12 +20,7 @@ FORBIDDEN_VALUE = 1e6
 
 def corridor() -> TabularMDP:
     """Return five places in a row; action 1 goes right, 0 left; coming to the last one pays 1 and ends."""
-    places = np.arange(LENGTH)
-    next_state = np.stack([np.maximum(places - 1, 0), np.minimum(places + 1, LENGTH - 1)], axis=1)
-    ends = next_state == LENGTH - 1
-    return TabularMDP(
-        next_state, np.where(ends, 1.0, 0.0), ends, max_episode_steps=200, heuristic=LENGTH - 1.0 - places
-    )
+    return _line([-1, 1], np.ones((LENGTH, 2), dtype=np.bool_))
 
 
 def slippery() -> TabularMDP:
@@ -46,22 +41,16 @@ def slippery() -> TabularMDP:
 
 def masked() -> TabularMDP:
     """Return the corridor with a third action that may not be taken, and stays."""
-    plain = corridor()
-    shape = (LENGTH, 2)
-    next_state, reward, ends = (
-        array.reshape(shape) for array in (plain.arrays.next_state, plain.arrays.reward, plain.arrays.terminated)
-    )
-    stay = np.arange(LENGTH)[:, np.newaxis]
-    allowed = np.ones((LENGTH, 3), dtype=np.bool_)
-    allowed[:, 2] = False
-    return TabularMDP(
-        np.hstack([next_state.astype(np.int64), stay]),
-        np.hstack([reward, np.zeros_like(stay, dtype=np.float64)]),
-        np.hstack([ends, np.zeros_like(stay, dtype=np.bool_)]),
-        max_episode_steps=200,
-        heuristic=plain.heuristic,
-        action_mask=allowed,
-    )
+    return _line([-1, 1, 0], np.tile([True, True, False], (LENGTH, 1)))
+
+
+def _line(moves: list[int], allowed: BoolArray) -> TabularMDP:
+    """Return the corridor in which actions make these moves."""
+    places = np.arange(LENGTH)
+    next_state = np.clip(places[:, np.newaxis] + moves, 0, LENGTH - 1)
+    ends = next_state == LENGTH - 1
+    reward, heuristic = np.where(ends, 1.0, 0.0), LENGTH - 1.0 - places
+    return TabularMDP(next_state, reward, ends, max_episode_steps=200, heuristic=heuristic, action_mask=allowed)
 
 
 def one_step(*, terminated: bool) -> TabularMDP:
