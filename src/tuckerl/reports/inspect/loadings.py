@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
 from tuckerl.generalization.loadings import ACTIONS, AGENTS, EPISODES, Loadings
-from tuckerl.reports.figure import WIDTH, FigureSpec
-from tuckerl.reports.inspect.cells import colour_bar, sequential
+from tuckerl.reports.figure import WIDTH, FigureSpec, panel
+from tuckerl.reports.inspect.cells import colour_bar, draw_table
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.state_loadings import fit_words
 from tuckerl.reports.text import joined, number, percents
@@ -49,7 +49,7 @@ def draw_loadings(inspection: Inspection) -> Figure:
         left += label
         width = min(room * _share(count, columns), 0.55 * count)
         high = _height(part)
-        axes = figure.add_axes((left / WIDTH, (height - 0.3 - high) / height, width / WIDTH, high / height))
+        axes = panel(figure, left, height - 0.3 - high, width, high)
         image = _draw_part(axes, part, norm, numbered=width / count >= _NUMBER)
         left += width + _GAP
     colour_bar(axes, image, "loading", least=highest)
@@ -77,21 +77,17 @@ def _share(count: int, counts: list[int]) -> float:
 
 def _draw_part(axes: Axes, part: _Part, norm: Normalize, *, numbered: bool) -> AxesImage:
     n_rows, n_columns = part.factor.shape
-    image = axes.imshow(part.factor, cmap=sequential(), norm=norm, interpolation="none", aspect="auto")
-    every = max(1, -(-n_rows // _MOST_ROWS))
-    axes.set_yticks(range(0, n_rows, every), list(part.names)[::every], parse_math=False)
+    words = _hundredths if numbered and n_rows <= _MOST_ROWS else None
+    image = draw_table(axes, part.factor, norm, part.names, most=_MOST_ROWS, words=words)
     step = max(1, -(-n_columns // 10))
     axes.set_xticks(range(0, n_columns, step), [str(place + 1) for place in range(0, n_columns, step)])
-    axes.tick_params(length=0)
     axes.set_xlabel("factor", labelpad=1)
     axes.set_title(part.title, loc="left", pad=4)
-    if numbered and every == 1:
-        for row, column in np.ndindex(n_rows, n_columns):
-            value = float(part.factor[row, column])
-            shade = "white" if norm(value) < 0.35 else "black"
-            text = f"{round(value, 2) + 0.0:.2f}".replace("-", "\N{MINUS SIGN}")
-            axes.text(column, row, text, color=shade, fontsize=8, horizontalalignment="center", va="center_baseline")
     return image
+
+
+def _hundredths(value: float) -> str:
+    return f"{round(float(value), 2) + 0.0:.2f}".replace("-", "\N{MINUS SIGN}")
 
 
 def _caption(inspection: Inspection) -> str:

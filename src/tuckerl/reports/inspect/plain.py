@@ -5,8 +5,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tuckerl.reports.figure import WIDTH, FigureSpec
-from tuckerl.reports.inspect.cells import colour_bar, counting_ticks, scale, sequential
+from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
+from tuckerl.reports.inspect.cells import colour_bar, counting_ticks, draw_table, scale
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
 from tuckerl.reports.inspect.policy import policy_words
@@ -35,13 +35,8 @@ def _draw_table(inspection: Inspection) -> Figure:
     longest = 0.075 * max(len(name) for name in inspection.action_names)
     tilted = n_actions <= _NAMED_COLUMNS and longest > 0.95 * wide / n_actions
     below = 0.36 + (min(1.6, longest) if tilted else 0.2)
-    height = high + 0.3 + below
-    figure = Figure(figsize=(WIDTH, height))
-    axes = figure.add_axes((0.62 / WIDTH, below / height, wide / WIDTH, high / height))
-    norm = scale(q)
-    image = axes.imshow(
-        np.ma.masked_invalid(q), cmap=sequential(), norm=norm, interpolation="none", aspect="auto", origin="upper"
-    )
+    figure, axes = panel_figure(0.62, below, wide, high, 0.3)
+    image = draw_table(axes, q, scale(q))
     best = greedy(q, inspection.allowed[0])
     states = np.flatnonzero(best != NO_PREFERENCE)
     axes.plot(best[states], states, linestyle="none", marker="o", markersize=5, color=BLACK, markeredgecolor="white")
@@ -61,15 +56,13 @@ def _draw_table(inspection: Inspection) -> Figure:
 def _draw_profile(inspection: Inspection) -> Figure:
     shown = shown_actions(inspection)
     high = max(2.1, _ROW * shown.size)
-    height = high + 0.8
-    figure = Figure(figsize=(WIDTH, height))
+    figure = Figure(figsize=(WIDTH, high + 0.8))
     longest = max(len(inspection.action_names[action]) for action in shown)
     gap = 0.6 + 0.07 * min(longest, 20)
     left_width = 0.55 * (WIDTH - 0.62 - gap - 0.2)
-    curve = figure.add_axes((0.62 / WIDTH, 0.48 / height, left_width / WIDTH, high / height))
-    _draw_values(curve, values(inspection.q, inspection.allowed))
+    _draw_values(panel(figure, 0.62, 0.48, left_width, high), values(inspection.q, inspection.allowed))
     left = 0.62 + left_width + gap
-    bars = figure.add_axes((left / WIDTH, 0.48 / height, (WIDTH - left - 0.2) / WIDTH, high / height))
+    bars = panel(figure, left, 0.48, WIDTH - left - 0.2, high)
     _draw_counts(bars, _counts(inspection)[shown], [inspection.action_names[action] for action in shown])
     return figure
 

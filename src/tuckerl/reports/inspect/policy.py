@@ -15,7 +15,6 @@ from tuckerl.reports.inspect.cells import (
     draw_cells,
     grid_figure,
     key_of_cells,
-    label_cells,
     legend_below,
     room_for,
     scale,
@@ -49,7 +48,6 @@ def draw_policy(inspection: Inspection) -> Figure:
     shown = np.where(inspection.walls, np.nan, values(q, allowed))
     norm = scale(shown)
     colours = draw_cells(axes, shown, layout, inspection.walls, norm, room)
-    label_cells(axes)
     dark = (
         np.asarray(colours.to_rgba(np.nan_to_num(shown, nan=norm.vmax or 0.0)))[:, :3] @ (0.299, 0.587, 0.114) < _DARK
     )

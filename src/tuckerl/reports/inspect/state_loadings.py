@@ -3,12 +3,14 @@
 import math
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from tuckerl.generalization.loadings import STATES, Loadings
-from tuckerl.reports.figure import WIDTH, FigureSpec
-from tuckerl.reports.inspect.cells import colour_bar, draw_cells, key_of_cells, room_for, sequential, where
+from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
+from tuckerl.reports.inspect.cells import colour_bar, draw_cells, draw_table, key_of_cells, room_for, where
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.text import counted, number, percent, percents
 from tuckerl.studies.figure_text import FigureText
@@ -52,17 +54,16 @@ def _draw_maps(inspection: Inspection, loadings: Loadings) -> Figure:
     energies = loadings.energies(STATES)
     for place in range(n_maps):
         left, top = 0.2 + (place % across) * step_x, height - 0.4 - (place // across) * step_y
-        axes = figure.add_axes((left / WIDTH, (top - room.height) / height, room.width / WIDTH, room.height / height))
+        axes = panel(figure, left, top - room.height, room.width, room.height)
         largest = _largest(columns[:, place])
         colours = draw_cells(
             axes, columns[:, place], layout, inspection.walls, Normalize(-largest, largest), room, lines=False
         )
-        axes.set(xticks=[], yticks=[])
+        axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
         axes.set_title(f"{place + 1}: {_short(energies[place])}\n±{number(largest)}", loc="left", fontsize=8, pad=2)
         if place == across - 1:
             colours.set_norm(Normalize(-1, 1))
-            bar = colour_bar(axes, colours, "loading", [-1.0, 0.0, 1.0])
-            bar.set_yticks([-1, 0, 1], ["\N{MINUS SIGN}largest", "0", "largest"])
+            _draw_bar(axes, colours)
     key = key_of_cells(inspection.walls, np.isnan(columns[:, 0]), "did not change")
     if key:
         figure.legend(handles=key, loc="lower left", bbox_to_anchor=(0.2 / WIDTH, 0), ncols=2, frameon=False)
@@ -90,24 +91,22 @@ def _draw_rows(loadings: Loadings) -> Figure:
     rows = shown_rows(loadings)
     factor = loadings.factors[STATES][rows, :MOST_MAPS].T
     n_columns = len(factor)
-    high = max(0.5, 0.2 * n_columns)
-    height = high + 0.85
-    figure = Figure(figsize=(WIDTH, height))
-    axes = figure.add_axes((1.05 / WIDTH, 0.5 / height, 5.1 / WIDTH, high / height))
+    figure, axes = panel_figure(1.05, 0.5, 5.1, max(0.5, 0.2 * n_columns), 0.35)
     scaled = factor / np.array([[_largest(column)] for column in factor])
-    image = axes.imshow(scaled, cmap=sequential(), norm=Normalize(-1, 1), interpolation="none", aspect="auto")
-    energies = loadings.energies(STATES)
-    axes.set_yticks(
-        range(n_columns), [f"{place + 1}: {_short(energies[place])}" for place in range(n_columns)], parse_math=False
-    )
+    names = [f"{place}: {_short(part)}" for place, part in enumerate(loadings.energies(STATES)[:n_columns], 1)]
+    image = draw_table(axes, scaled, Normalize(-1, 1), names)
     places = np.unique(np.linspace(0, rows.size - 1, min(rows.size, 9)).round().astype(np.int64))
     axes.set_xticks(places, [f"{state}" for state in loadings.states[rows][places]])
     axes.tick_params(length=2)
     axes.set_xlabel("state (its number)")
     axes.set_title("factor: part of the sum of squares", loc="left", x=-0.16)
-    bar = colour_bar(axes, image, "loading", [-1.0, 0.0, 1.0])
-    bar.set_yticks([-1, 0, 1], ["\N{MINUS SIGN}largest", "0", "largest"])
+    _draw_bar(axes, image)
     return figure
+
+
+def _draw_bar(axes: Axes, colours: ScalarMappable) -> None:
+    bar = colour_bar(axes, colours, "loading", [-1.0, 0.0, 1.0])
+    bar.set_yticks([-1, 0, 1], ["\N{MINUS SIGN}largest", "0", "largest"])
 
 
 def fit_words(loadings: Loadings) -> str:

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.generalization.step import TensorStepHistory
-from tuckerl.reports.figure import WIDTH, FigureSpec
-from tuckerl.reports.inspect.cells import colour_bar, scale, sequential
+from tuckerl.reports.figure import WIDTH, FigureSpec, panel_figure
+from tuckerl.reports.inspect.cells import colour_bar, draw_table, scale
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.styles import ACTION_STYLES, EndLabel, LineStyle, label_ends, plot_line
 from tuckerl.reports.text import counted, number
@@ -22,7 +22,6 @@ MOST_DRAWN = 1000
 _CONSTANT = "constant"
 _MARKERS = 12  # of a line
 _ROW = 0.155
-_NAMED = 45  # actions that all have their name beside them
 
 
 def draw_weights(inspection: Inspection) -> Figure:
@@ -34,9 +33,8 @@ def _draw_lines(inspection: Inspection) -> Figure:
     history = drawn_windows(inspection.history)
     level = 1 / math.sqrt(inspection.n_actions)
     longest = max(len(name) for name in (*inspection.action_names, _CONSTANT))
-    height, beside = 2.9, min(0.35 + 0.075 * longest, 2.2)
-    figure = Figure(figsize=(WIDTH, height))
-    axes = figure.add_axes((0.62 / WIDTH, 0.46 / height, (WIDTH - 0.62 - beside) / WIDTH, (height - 0.7) / height))
+    beside = min(0.35 + 0.075 * longest, 2.2)
+    figure, axes = panel_figure(0.62, 0.46, WIDTH - 0.62 - beside, 2.2, 0.24)
     for place, (look, values) in enumerate(zip(ACTION_STYLES, history.weights.T, strict=False)):
         draw_course(axes, history.episode, values, look, place / inspection.n_actions)
     axes.axhline(level, color="0.3", linewidth=1, linestyle="dotted", zorder=1)
@@ -75,22 +73,13 @@ def draw_course(axes: Axes, episode: IntArray, values: FloatArray, look: LineSty
 def _draw_map(inspection: Inspection) -> Figure:
     history = inspection.history
     high = min(8.0, max(1.2, _ROW * inspection.n_actions))
-    height = high + 0.75
     left = 0.55 + 0.065 * max(len(name) for name in inspection.action_names)
-    figure = Figure(figsize=(WIDTH, height))
-    axes = figure.add_axes((left / WIDTH, 0.47 / height, (WIDTH - left - 1.0) / WIDTH, high / height))
-    image = axes.imshow(
-        history.weights.T,
-        cmap=sequential(),
-        norm=scale(history.weights),
-        interpolation="none",
-        aspect="auto",
-        # Windows are equally long: a column spans the one that its weights were worked out from.
-        extent=(0, int(history.episode[-1]), inspection.n_actions - 0.5, -0.5),
-    )
-    every = max(1, -(-inspection.n_actions // _NAMED))
-    axes.set_yticks(range(0, inspection.n_actions, every), list(inspection.action_names)[::every], parse_math=False)
-    axes.tick_params(axis="y", length=0)
+    figure, axes = panel_figure(left, 0.47, WIDTH - left - 1.0, high, 0.28)
+    # Windows are equally long: a column spans the one that its weights were worked out from.
+    extent = (0, int(history.episode[-1]), inspection.n_actions - 0.5, -0.5)
+    names = inspection.action_names
+    image = draw_table(axes, history.weights.T, scale(history.weights), names, extent=extent)
+    axes.tick_params(axis="x", length=3.5)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("episodes finished")
     axes.set_ylabel("action")

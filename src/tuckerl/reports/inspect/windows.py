@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.generalization.step import TensorStepHistory
-from tuckerl.reports.figure import WIDTH, FigureSpec
+from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.weights import draw_course, drawn_windows, every_words
 from tuckerl.reports.styles import BLACK, BLUE, GREEN, PURPLE, VERMILLION, EndLabel, LineStyle, label_ends, write
@@ -51,9 +51,7 @@ def draw_copied(inspection: Inspection) -> Figure:
     agents = rows_of_agents(inspection)
     rows = [*agents, inspection.n_agents]
     high = max(0.6, (0.24 if len(rows) <= 12 else 0.17) * len(rows))
-    height = high + 0.75
-    figure = Figure(figsize=(WIDTH, height))
-    axes = figure.add_axes((1.15 / WIDTH, 0.46 / height, (WIDTH - 1.15 - 1.1) / WIDTH, high / height))
+    figure, axes = panel_figure(1.15, 0.46, WIDTH - 1.15 - 1.1, high, 0.29)
     starts = np.append(0, history.episode[:-1])
     edge = 0.5 if history.episode.size <= _SEEN_EDGES else 0.0
     for place, row in enumerate(rows):
@@ -119,11 +117,8 @@ COPIED = FigureSpec(
 def draw_fit(inspection: Inspection) -> Figure:
     """Draw the fit of each window's decomposition and the ranks that it used."""
     history = drawn_windows(inspection.history)
-    height = 2.7
-    figure = Figure(figsize=(WIDTH, height))
-    panel = (0.46 / height, (height - 0.76) / height)
-    left = figure.add_axes((0.7 / WIDTH, panel[0], 2.55 / WIDTH, panel[1]))
-    right = figure.add_axes((3.85 / WIDTH, panel[0], 2.55 / WIDTH, panel[1]))
+    figure = Figure(figsize=(WIDTH, 2.7))
+    left, right = (panel(figure, place, 0.46, 2.55, 1.94) for place in (0.7, 3.85))
     draw_course(left, history.episode, history.fit, _FIT)
     left.set_title("fit", loc="left")
     left.set_ylabel("1 \N{MINUS SIGN} relative error")
