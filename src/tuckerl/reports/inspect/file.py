@@ -4,7 +4,7 @@ import io
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,24 +20,24 @@ from tuckerl.types import FloatArray
 _NPY, _ZIP = b"\x93NUMPY", b"PK\x03\x04"
 
 
-class FileOptions(NamedTuple):
-    """The options with which a file is inspected."""
+def inspect_file(
+    path: Path,
+    layout: tuple[int, int] | None = None,
+    ranks: tuple[int, int, int, int] | None = None,
+    environment: str | None = None,
+    keywords: Mapping[str, Any] = {},
+) -> tuple[Inspection, list[str]]:
+    """Return what is in a file, and the same in a few lines.
 
-    layout: tuple[int, int] | None = None
-    ranks: tuple[int, int, int, int] | None = None  # of a tensor
-    environment: str | None = None  # of a learner: an id
-    keywords: Mapping[str, Any] = {}  # of the environment
-
-
-class InspectedFile(NamedTuple):
-    """The content of a file."""
-
-    inspection: Inspection
-    lines: list[str]  # the same in short
-
-
-def inspect_file(path: Path, options: FileOptions) -> InspectedFile:
-    """Return what is in a file.
+    Parameters
+    ----------
+    path : Path
+    layout : (rows, columns), optional
+        Where the states are the cells of a grid, row by row.
+    ranks : four ints, optional
+        With which a tensor is decomposed.
+    environment, keywords : str and mapping, optional
+        The id of what a learner learned on, and with what it is made.
 
     Raises
     ------
@@ -55,21 +55,14 @@ def inspect_file(path: Path, options: FileOptions) -> InspectedFile:
         raise SavedFileMissingError(f"there is no file {path}: name a saved agent, a .npy or a .npz") from error
     except OSError as error:
         raise SavedFileError(f"{path} cannot be read: {error.strerror}") from error
-    return _of_tensor(path, options) if start.startswith((_NPY, _ZIP)) else _of_learner(path, options)
-
-
-def _of_learner(path: Path, options: FileOptions) -> InspectedFile:
-    learner = load_learner(path, options.environment, options.keywords)
-    if options.ranks is not None:
-        raise ParameterError(f"ranks are for a tensor of Q-tables; {path} is a saved agent, which has its own")
-    return InspectedFile(inspect_learner(learner, layout=options.layout), learner_lines(learner))
-
-
-def _of_tensor(path: Path, options: FileOptions) -> InspectedFile:
-    if options.environment is not None:
+    if not start.startswith((_NPY, _ZIP)):
+        learner = load_learner(path, environment, keywords)
+        if ranks is not None:
+            raise ParameterError(f"ranks are for a tensor of Q-tables; {path} is a saved agent, which has its own")
+        return inspect_learner(learner, layout=layout), learner_lines(learner)
+    if environment is not None:
         raise ParameterError(f"an environment is for a saved agent; {path} is an array: leave --env out")
     tensor = _read(path)
-    ranks = options.ranks
     if ranks is None and tensor.ndim == 4 and tensor.size:
         sizes: Any = zip(default_ranks(tensor.shape[0], tensor.shape[1]), tensor.shape, strict=True)
         ranks = tuple(min(pair) for pair in sizes)
@@ -77,9 +70,8 @@ def _of_tensor(path: Path, options: FileOptions) -> InspectedFile:
         raise TensorError(f"a tensor of Q-tables must hold real numbers; {path} has dtype {tensor.dtype}")
     if not np.isfinite(tensor).all():
         raise TensorError(f"a tensor of Q-tables must be finite; {path} has NaN or infinity in it")
-    title = f"{path.name}: Q-tables"
-    inspection = inspect_tensor(tensor, ranks or (1, 1, 1, 1), options.layout, title=title)
-    return InspectedFile(inspection, tensor_lines(inspection, tensor.shape))
+    inspection = inspect_tensor(tensor, ranks or (1, 1, 1, 1), layout, title=f"{path.name}: Q-tables")
+    return inspection, tensor_lines(inspection, tensor.shape)
 
 
 def _read(path: Path) -> FloatArray:
