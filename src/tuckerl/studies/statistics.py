@@ -73,6 +73,11 @@ def json_number(value: float) -> float | None:
     return None if math.isnan(value) else value
 
 
+def json_numbers(values: tuple[float, ...], *names: str) -> dict[str, float | None]:
+    """Return the first numbers of a tuple by these names, as JSON has them."""
+    return dict(zip(names, map(json_number, values), strict=False))
+
+
 def pair_values(runs: pl.DataFrame, variant: str, measure: Measure) -> pl.DataFrame:
     """Return one row for each pair of a variant: its columns, `value` and `diverged`."""
     pair = list(measure.pair)

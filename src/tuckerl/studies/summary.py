@@ -67,10 +67,11 @@ def _summary(scenario: Scenario, tables: StudyTables) -> Summary:
     measured = pl.col(measure.column)
     best = measured.max() if measure.larger_is_better else measured.min()
     best_episodes = runs.group_by("variant", "instance", "run", "agent").agg(best).group_by("variant")
+    samples = {name: samples_of(runs.filter(pl.col("variant") == name), measure.column) for name in names}
     courses = (_weight_course(name, weights.filter(pl.col("variant") == name)) for name in names)
     return Summary(
         scenario,
-        paired_curves({name: _cumulated(runs.filter(pl.col("variant") == name), measure.column) for name in names}),
+        paired_curves({name: own._replace(values=own.values.cumsum(axis=1)) for name, own in samples.items()}),
         tuple(course for course in courses if course is not None),
         tuple(_path(name, paths.filter(pl.col("variant") == name)) for name in scenario.record_paths_of),
         dict(best_episodes.agg(measured.mean().fill_null(np.nan)).iter_rows()),
@@ -102,26 +103,20 @@ def paired_curves(samples: Mapping[str, Samples]) -> tuple[Curve, ...]:
     return tuple(curves)
 
 
-def finite_runs(runs: pl.DataFrame) -> tuple[pl.DataFrame, pl.Series, int]:
-    """Return the rows of a variant's runs that did not diverge, the numbers of these, and how many others there are."""
+def samples_of(runs: pl.DataFrame, column: str) -> Samples:
+    """Return a variant's steps or returns in each episode of its runs: agents averaged, summed over instances."""
     by_run = runs.group_by("run").agg(pl.col("diverged").any())
     kept = by_run.filter(~pl.col("diverged"))["run"].sort()
-    return runs.filter(pl.col("run").is_in(kept.implode())), kept, by_run.height - kept.len()
-
-
-def _cumulated(runs: pl.DataFrame, column: str) -> Samples:
-    """Return the steps or returns cumulated over episodes: agents averaged, summed over instances."""
-    finite, kept, n_diverged = finite_runs(runs)
     cells = (
-        finite.group_by("instance", "run", "episode")
+        runs.filter(pl.col("run").is_in(kept.implode()))
+        .group_by("instance", "run", "episode")
         .agg(pl.col(column).mean())
         .group_by("run", "episode")
         .agg(pl.col(column).sum())
         .sort("run", "episode")
     )
     n_episodes = int(runs["episode"].max() or 0) + 1  # type: ignore[arg-type]  # an integer column
-    values = cells[column].to_numpy().reshape(-1, n_episodes).cumsum(axis=1)
-    return Samples(kept.to_numpy(), values, n_diverged)
+    return Samples(kept.to_numpy(), cells[column].to_numpy().reshape(-1, n_episodes), by_run.height - kept.len())
 
 
 def _band(samples: FloatArray) -> Band:
