@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
 from tuckerl.reports.inspect import cells
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE
 from tuckerl.reports.text import counted, joined, number
 from tuckerl.studies.figure_text import FigureText
-from tuckerl.types import FloatArray, IntArray
+from tuckerl.types import FloatArray
 
 _MOST_AGENTS = 20  # of a matrix
 _NUMBERED = 8
@@ -29,10 +29,9 @@ class Differences(NamedTuple):
 
 def differences(inspection: Inspection) -> Differences:
     """Compare the agents' tables."""
-    best = np.where(inspection.walls, NO_PREFERENCE, greedy(inspection.q, inspection.allowed))
+    best, known = inspection.best, inspection.known
     prefers = best != NO_PREFERENCE
     others = np.where(prefers[0], ((best != best[0]) & prefers).sum(axis=0), np.nan)
-    known = np.where(prefers, values(inspection.q, inspection.allowed), np.nan)
     several = prefers.sum(axis=0) > 1
     spread = np.full(inspection.n_states, np.nan)
     spread[several] = np.nanmax(known[:, several], axis=0) - np.nanmin(known[:, several], axis=0)
@@ -109,7 +108,7 @@ def _whole_percent(part: float) -> str:
 
 def _pairs(inspection: Inspection) -> list[str]:
     """Return for each agent but the first in how many states its greedy action is another than agent 0's."""
-    best: IntArray = np.where(inspection.walls, NO_PREFERENCE, greedy(inspection.q, inspection.allowed))
+    best = inspection.best
     words = []
     for agent in range(1, min(inspection.n_agents, _LISTED + 1)):
         both = (best[0] != NO_PREFERENCE) & (best[agent] != NO_PREFERENCE)

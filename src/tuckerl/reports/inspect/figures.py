@@ -13,7 +13,7 @@ _LISTED = (
     "tuckerl.reports.inspect.weights:WEIGHTS",
     "tuckerl.reports.inspect.windows:COPIED",
     "tuckerl.reports.inspect.windows:FIT",
-    "tuckerl.reports.inspect.state_loadings:STATE_LOADINGS",
+    "tuckerl.reports.inspect.loadings:STATE_LOADINGS",
     "tuckerl.reports.inspect.loadings:LOADINGS",
 )
 

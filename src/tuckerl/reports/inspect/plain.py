@@ -8,10 +8,10 @@ from matplotlib.ticker import MaxNLocator
 from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
 from tuckerl.reports.inspect.cells import colour_bar, counting_ticks, draw_table, scale
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE
 from tuckerl.reports.inspect.policy import policy_words
 from tuckerl.reports.styles import BLACK, BLUE
-from tuckerl.reports.text import joined, number
+from tuckerl.reports.text import number
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
@@ -37,7 +37,7 @@ def _draw_table(inspection: Inspection) -> Figure:
     below = 0.36 + (min(1.6, longest) if tilted else 0.2)
     figure, axes = panel_figure(0.62, below, wide, high, 0.3)
     image = draw_table(axes, q, scale(q))
-    best = greedy(q, inspection.allowed[0])
+    best = inspection.best[0]
     states = np.flatnonzero(best != NO_PREFERENCE)
     axes.plot(best[states], states, linestyle="none", marker="o", markersize=5, color=BLACK, markeredgecolor="white")
     axes.set_xlim(-0.5, n_actions - 0.5)
@@ -60,22 +60,16 @@ def _draw_profile(inspection: Inspection) -> Figure:
     longest = max(len(inspection.action_names[action]) for action in shown)
     gap = 0.6 + 0.07 * min(longest, 20)
     left_width = 0.55 * (WIDTH - 0.62 - gap - 0.2)
-    _draw_values(panel(figure, 0.62, 0.48, left_width, high), values(inspection.q, inspection.allowed))
+    _draw_values(panel(figure, 0.62, 0.48, left_width, high), inspection.known)
     left = 0.62 + left_width + gap
     bars = panel(figure, left, 0.48, WIDTH - left - 0.2, high)
-    _draw_counts(bars, _counts(inspection)[shown], [inspection.action_names[action] for action in shown])
+    _draw_counts(bars, inspection.counts[shown], [inspection.action_names[action] for action in shown])
     return figure
 
 
 def shown_actions(inspection: Inspection) -> IntArray:
     """Return the actions that have a bar: all, or those that are greedy most often, in order of number."""
-    counts = _counts(inspection)
-    return np.sort(np.argsort(-counts, kind="stable")[:_BARS])
-
-
-def _counts(inspection: Inspection) -> IntArray:
-    best = greedy(inspection.q[0], inspection.allowed[0])
-    return np.bincount(best[best != NO_PREFERENCE], minlength=inspection.n_actions)
+    return np.sort(np.argsort(-inspection.counts, kind="stable")[:_BARS])
 
 
 def _draw_values(axes: Axes, known: FloatArray) -> None:
@@ -126,16 +120,15 @@ def plain_caption(inspection: Inspection) -> str:
 
 def plain_alt(inspection: Inspection) -> str:
     """Return the highest value and the commonest greedy actions."""
-    counts, known = _counts(inspection), values(inspection.q[0], inspection.allowed[0])
+    known = inspection.known[0]
     kind = (
         "A table of values" if inspection.n_states <= TABLE_STATES else "A falling curve of values and bars of actions"
     )
-    if not counts.any():
+    if not inspection.counts.any():
         return f"{kind}; no state prefers an action."
     best = int(np.nanargmax(known))
-    most = np.argsort(-counts, kind="stable")[:3]
-    chosen = joined(f"{inspection.action_names[a]} in {counts[a]:,}" for a in most if counts[a])
-    return f"{kind}. The highest value is {number(float(known[best]))}, of state {best}. Greedy: {chosen} states."
+    value = number(float(known[best]))
+    return f"{kind}. The highest value is {value}, of state {best}. Greedy: {inspection.commonest(3)} states."
 
 
 PLAIN = FigureSpec(

@@ -21,16 +21,8 @@ from tuckerl.reports.inspect.cells import (
     where,
 )
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.greedy import (
-    NO_PREFERENCE,
-    ArrowField,
-    arrow_field,
-    direction,
-    greedy,
-    shares_first_place,
-    values,
-)
-from tuckerl.reports.text import counted, joined, span
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE, ArrowField, arrow_field, direction, shares_first_place
+from tuckerl.reports.text import counted, span
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import BoolArray, IntArray
 
@@ -45,7 +37,7 @@ def draw_policy(inspection: Inspection) -> Figure:
     """Draw agent 0's state values as colours and its greedy actions as arrows."""
     layout, q, allowed = inspection.grid, inspection.q[0], inspection.allowed[0]
     figure, axes, room = grid_figure(layout)
-    shown = np.where(inspection.walls, np.nan, values(q, allowed))
+    shown = inspection.known[0]
     norm = scale(shown)
     colours = draw_cells(axes, shown, layout, inspection.walls, norm, room)
     dark = (
@@ -128,12 +120,11 @@ def _undirected(inspection: Inspection) -> list[int]:
 def policy_words(inspection: Inspection) -> list[str]:
     """Return in how many states agent 0 prefers an action, what its values are, and in how many several are best."""
     q, allowed = inspection.q[0][~inspection.walls], inspection.allowed[0][~inspection.walls]
-    best, known = greedy(q, allowed), values(q, allowed)
-    preferred = int((best != NO_PREFERENCE).sum())
+    preferred = int(inspection.counts.sum())
     infinite = int((~(np.isfinite(q) | ~allowed).all(axis=1)).sum())
     words = [f"Agent 0 prefers an action in {preferred:,} of {counted(len(q), 'state')}"]
     if preferred:
-        words[0] += f"; their values are {span(known[best != NO_PREFERENCE])}"
+        words[0] += f"; their values are {span(inspection.known[0][inspection.best[0] != NO_PREFERENCE])}"
     if preferred < len(q):
         words.append("Where all actions are worth the same, as where nobody has been, it has no preference")
     tied = int(shares_first_place(q, allowed).sum())
@@ -167,18 +158,11 @@ _ORDINALS = {2: "second", 3: "third"}
 
 def _alt(inspection: Inspection) -> str:
     rows, columns = inspection.grid
-    q, allowed = inspection.q[0], inspection.allowed[0]
-    best = greedy(q, allowed)
-    counts = np.bincount(best[(best != NO_PREFERENCE) & ~inspection.walls], minlength=inspection.n_actions)
-    most = np.argsort(-counts, kind="stable")[:4]
-    chosen = joined(f"{inspection.action_names[a]} in {counts[a]:,}" for a in most if counts[a])
     text = f"A grid of {rows} rows and {columns} columns coloured by state value"
-    known = np.where(inspection.walls, np.nan, values(q, allowed))
+    known = inspection.known[0]
     if np.isfinite(known).any():
-        highest = int(np.nanargmax(known))
-        text += (
-            f", the highest in {where(highest, inspection.layout)}, with an arrow for the greedy action: {chosen} cells"
-        )
+        highest = where(int(np.nanargmax(known)), inspection.layout)
+        text += f", the highest in {highest}, with an arrow for the greedy action: {inspection.commonest(4)} cells"
     return f"{text}. {int(inspection.walls.sum()):,} cells are blocked."
 
 
