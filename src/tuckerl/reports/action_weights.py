@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.reports.figure import FigureSpec
-from tuckerl.reports.styles import ACTION_STYLES, BLACK, EndLabel, label_ends, plot_line
+from tuckerl.reports.styles import ACTION_STYLES, BLACK, EndLabel, count_episodes, label_ends, plot_line
 from tuckerl.reports.text import counted
 from tuckerl.studies.figure_text import WeightText
 from tuckerl.studies.summary import Summary, WeightCourse
@@ -72,9 +72,7 @@ def _draw_course(axes: Axes, course: WeightCourse) -> None:
         color="0.3",
         fontsize=8,
     )
-    axes.set_xlim(0, int(np.max(course.episode)))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlabel("episodes finished")
+    count_episodes(axes, int(np.max(course.episode)))
     axes.set_title(course.variant, loc="left", fontweight="bold", parse_math=False)
     axes.margins(y=0.1)
 
@@ -162,8 +160,7 @@ def _draw_map(axes: Axes, course: WeightCourse) -> None:
     )
     axes.set_facecolor("0.85")  # where no run is left
     axes.set_ylim(means.shape[0] - 0.5, -0.5)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlabel("episodes finished")
+    count_episodes(axes, int(course.episode[-1]))
     axes.tick_params(axis="y", length=0)
     if figure is not None:
         bar = figure.colorbar(mesh, ax=axes, pad=0.02, fraction=0.06, aspect=35)

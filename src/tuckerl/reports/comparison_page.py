@@ -7,7 +7,7 @@ from pathlib import Path
 from tuckerl.reports.comparison_text import outcome, settings
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
-from tuckerl.reports.markup import on_page, rendered, versions, write_page
+from tuckerl.reports.markup import rendered, versions, write_page
 from tuckerl.reports.report_text import described
 from tuckerl.studies.comparison import N_EPISODES, N_RUNS, ComparisonConfig
 from tuckerl.studies.comparison_result import VERDICTS, ComparisonResult
@@ -39,7 +39,7 @@ def write_comparison(result: ComparisonResult, folder: Path) -> Path:
         study=study,
         variants=list(zip(study.scenario.variants, result.estimates, strict=True)),
         verdicts=VERDICTS,
-        figures=on_page(figures),
+        figures=figures,
         command=command(study.config),
         versions=versions(*_LIBRARIES),
         described=described,

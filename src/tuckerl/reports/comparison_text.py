@@ -2,8 +2,8 @@
 
 import math
 
-from tuckerl.reports.text import all_pairs, amount, amount_interval, counted, measured
-from tuckerl.studies.comparison_result import ComparisonResult, Estimate
+from tuckerl.reports.text import all_pairs, amount, amount_interval, counted, joined, measured
+from tuckerl.studies.comparison_result import ComparisonResult
 from tuckerl.studies.study import Variant
 
 
@@ -14,7 +14,7 @@ def outcome(result: ComparisonResult) -> str:
     if math.isnan(difference.mean):
         return f"Nothing is left to compare: in {all_pairs(difference.n_diverged)} a run diverged."
     pairs = counted(difference.n_pairs, "pair")
-    reached = " against ".join(measured(one.mean) for one in _of(result, candidate, base))
+    reached = " against ".join(measured(one.mean) for one in reversed(result.estimates[:2]))
     words = f"{result.measure.text} {reached}"
     by = f"{amount(difference)} {amount_interval(difference)}".strip()
     if result.verdict == "not decided":
@@ -63,9 +63,7 @@ def _shared(result: ComparisonResult) -> str:
         parts.append("the smaller learning rate")
     if candidate.n_agents != base.n_agents:
         parts.append("the sharing among its agents")
-    if not parts:
-        return "the tensor step with constant weights"
-    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"
+    return joined(parts) or "the tensor step with constant weights"
 
 
 def settings(variant: Variant) -> str:
@@ -80,8 +78,3 @@ def settings(variant: Variant) -> str:
             f"share {step.share}, floor {step.floor:g}"
         )
     return "; ".join(words)
-
-
-def _of(result: ComparisonResult, *names: str) -> list[Estimate]:
-    by_name = {one.variant: one for one in result.estimates}
-    return [by_name[name] for name in names]

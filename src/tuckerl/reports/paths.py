@@ -89,8 +89,7 @@ def _draw_panel(axes: Axes, maze: Maze, cells: list[Cell], look: LineStyle) -> N
     axes.set_ylim(maze.rows - 0.5, -0.5)  # row 0 is at the top
     axes.set_aspect("equal")
     axes.set_xlabel("column", labelpad=1)
-    for spine in axes.spines.values():
-        spine.set_visible(True)
+    axes.spines[:].set_visible(True)
 
 
 def _title(axes: Axes, name: str, words: str) -> None:

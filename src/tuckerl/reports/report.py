@@ -7,11 +7,10 @@ from pathlib import Path
 from markupsafe import Markup
 
 from tuckerl.reports.ablation_text import what_works, without_the_step
-from tuckerl.reports.assumptions import MARKS, assumption_rows
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
-from tuckerl.reports.markup import on_page, rendered, versions, write_page
-from tuckerl.reports.report_text import described, outcome, reading
+from tuckerl.reports.markup import rendered, versions, write_page
+from tuckerl.reports.report_text import MARKS, assumed, described, outcome, reading
 from tuckerl.studies.ablation import Ablation
 from tuckerl.studies.claims import Claim
 from tuckerl.studies.scenarios import SCENARIOS, scenario_study
@@ -61,12 +60,12 @@ def write_report(
         claims=[(claim, reading(study, claim)) for claim in claims],
         outcome=outcome(claims),
         marks=MARKS,
-        assumptions=assumption_rows(study),
+        assumptions=assumed(study),
         summaries=summaries,
-        figures={name: on_page(own) for name, own in figures.items()},
-        ablations=[(ablation, on_page(own)) for ablation, own in of_ablations],
+        figures=figures,
+        ablations=of_ablations,
         sensitivity=sensitivity,
-        sensitivity_figures=on_page(of_cells),
+        sensitivity_figures=of_cells,
         seed=study.seed,
         commands=commands(study, with_cells=bool(sensitivity.cells)),
         versions=versions(*_LIBRARIES),

@@ -4,10 +4,16 @@ import math
 from collections.abc import Sequence
 
 from tuckerl.reports.text import all_pairs, counted
+from tuckerl.studies.assumptions import INFERRED, INVENTED, OVERRULED, Assumption
 from tuckerl.studies.claims import Claim
 from tuckerl.studies.statistics import Difference
 from tuckerl.studies.study import Comparison, Scenario, Study, Variant
 
+MARKS = {
+    INVENTED: "ours: invented, and declared here",
+    INFERRED: "inferred from the paper",
+    OVERRULED: "printed in the paper, and overruled here by a public source behind the scenario",
+}
 _VERDICTS = {
     "holds": ("holds", "hold"),
     "does not hold": ("does not hold", "do not hold"),
@@ -82,6 +88,17 @@ def _against_control(control: Difference) -> str:
     if control.low > 0:
         return "Better than the control"
     return "Worse than the control" if control.high < 0 else "No better than the control"
+
+
+def assumed(study: Study) -> list[tuple[Assumption, str]]:
+    """Return what the scenarios assume, and which of them do; what all of them assume comes first and once."""
+    homes: dict[Assumption, list[str]] = {}
+    for scenario in study.scenarios:
+        for assumption in scenario.assumptions:
+            homes.setdefault(assumption, []).append(scenario.title)
+    n = len(study.scenarios)
+    ordered = sorted(homes.items(), key=lambda item: len(item[1]) < n)
+    return [(one, "all" if len(titles) == n > 1 else ", ".join(titles)) for one, titles in ordered]
 
 
 def described(variant: Variant) -> str:

@@ -76,11 +76,11 @@ def _draw_panel(axes: Axes, sensitivity: Sensitivity, cells: Sequence[Cell], nor
     axes.set_xlim(-0.5, len(alternatives) - 0.5)
     axes.set_ylim(len(claims) - 0.5, -0.5)
     for cell in cells:
-        place = (alternatives.index(cell.alternative), claims.index(cell.claim.id))
-        _draw_cell(axes, cell, place, norm)
+        x, y = alternatives.index(cell.alternative), claims.index(cell.claim.id)
+        _draw_cell(axes, cell, (x, y), norm)
         if sensitivity.is_changed(cell):
             # Inside the cell: the frames of neighbours stay two.
-            corner = (alternatives.index(cell.alternative) - 0.45, claims.index(cell.claim.id) - 0.44)
+            corner = (x - 0.45, y - 0.44)
             axes.add_patch(Rectangle(corner, 0.9, 0.88, fill=False, edgecolor=BLACK, linewidth=2, zorder=4))
     axes.set_yticks(range(len(claims)), claims, fontweight="bold")
     axes.xaxis.tick_top()
@@ -89,8 +89,7 @@ def _draw_panel(axes: Axes, sensitivity: Sensitivity, cells: Sequence[Cell], nor
     )
     axes.tick_params(length=0)
     axes.tick_params(axis="x", pad=2)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.spines[:].set_visible(False)
     above = (-0.35 * 72, (_HEADER - 0.3) * 72)  # points
     axes.annotate(
         cells[0].scenario, (0, 1), above, xycoords="axes fraction", textcoords="offset points", fontweight="bold"

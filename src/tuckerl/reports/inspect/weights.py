@@ -5,13 +5,12 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from tuckerl.generalization.step import TensorStepHistory
 from tuckerl.reports.figure import WIDTH, FigureSpec, panel_figure
 from tuckerl.reports.inspect.cells import colour_bar, draw_table, scale
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.styles import ACTION_STYLES, EndLabel, LineStyle, label_ends, plot_line
+from tuckerl.reports.styles import ACTION_STYLES, EndLabel, LineStyle, count_episodes, label_ends, plot_line
 from tuckerl.reports.text import counted, number
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
@@ -38,10 +37,8 @@ def _draw_lines(inspection: Inspection) -> Figure:
     for place, (look, values) in enumerate(zip(ACTION_STYLES, history.weights.T, strict=False)):
         draw_course(axes, history.episode, values, look, place / inspection.n_actions)
     axes.axhline(level, color="0.3", linewidth=1, linestyle="dotted", zorder=1)
-    axes.set_xlim(0, int(history.episode.max()))
     axes.margins(y=0.1)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlabel("episodes finished")
+    count_episodes(axes, int(history.episode.max()))
     axes.set_ylabel("action weight ω (no unit)")
     ends = zip(inspection.action_names, history.weights[-1], ACTION_STYLES, strict=False)
     labels = [EndLabel(name, float(value), look.colour) for name, value, look in ends]
@@ -80,8 +77,7 @@ def _draw_map(inspection: Inspection) -> Figure:
     names = inspection.action_names
     image = draw_table(axes, history.weights.T, scale(history.weights), names, extent=extent)
     axes.tick_params(axis="x", length=3.5)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlabel("episodes finished")
+    count_episodes(axes, int(history.episode[-1]))
     axes.set_ylabel("action")
     colour_bar(axes, image, "action weight ω (no unit)")
     return figure

@@ -3,26 +3,26 @@
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.generalization.step import TensorStepHistory
+from tuckerl.reports import styles
 from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.weights import draw_course, drawn_windows, every_words
-from tuckerl.reports.styles import BLACK, BLUE, GREEN, PURPLE, VERMILLION, EndLabel, LineStyle, label_ends, write
+from tuckerl.reports.styles import EndLabel, LineStyle, count_episodes, label_ends, write
 from tuckerl.reports.text import counted, joined, number, percent, span
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
 _MODES = {
-    "states": LineStyle(BLUE, "solid", "o", 2.2),
-    "actions": LineStyle(VERMILLION, "solid", "s", 1.4),
-    "episodes": LineStyle(GREEN, "dashed", "^", 1.4),
-    "agents": LineStyle(PURPLE, "dashdot", "D", 1.4),
+    "states": LineStyle(styles.BLUE, "solid", "o", 2.2),
+    "actions": LineStyle(styles.VERMILLION, "solid", "s", 1.4),
+    "episodes": LineStyle(styles.GREEN, "dashed", "^", 1.4),
+    "agents": LineStyle(styles.PURPLE, "dashdot", "D", 1.4),
 }
-_FIT = LineStyle(BLACK, "solid", "o", 1.5)
+_FIT = LineStyle(styles.BLACK, "solid", "o", 1.5)
 _NOBODY = -1
 MOST_AGENTS = 30
 """So many agents have a row each, copied or not."""
@@ -58,7 +58,7 @@ def draw_copied(inspection: Inspection) -> Figure:
         nobody = row == inspection.n_agents
         mine = history.chosen == (_NOBODY if nobody else row)
         spans = list(zip(starts[mine].tolist(), (history.episode - starts)[mine].tolist(), strict=True))
-        look: dict[str, Any] = {"facecolor": "0.8", "hatch": "////"} if nobody else {"facecolor": BLUE}
+        look: dict[str, Any] = {"facecolor": "0.8", "hatch": "////"} if nobody else {"facecolor": styles.BLUE}
         axes.broken_barh(spans, (place - 0.38, 0.76), edgecolor="white", linewidth=edge, **look)
     axes.set_yticks(range(len(rows)), [*(f"agent {agent}" for agent in agents), "none or mixture"])
     for place, row in enumerate(rows):
@@ -66,17 +66,11 @@ def draw_copied(inspection: Inspection) -> Figure:
         words = f"{counts[row]:,} ({part})" if counts[row] else "0"
         write(axes, 1.015, place, words, axes.get_yaxis_transform())
     axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_xlim(0, int(history.episode[-1]))
-    _finish(axes, 10)
+    count_episodes(axes, int(history.episode[-1]))
     axes.tick_params(axis="y", length=0)
     axes.set_title("table that all agents went on with", loc="left")
     write(axes, 1.015, 1.0, " windows", axes.transAxes, verticalalignment="bottom")
     return figure
-
-
-def _finish(axes: Axes, n_ticks: int) -> None:
-    axes.xaxis.set_major_locator(MaxNLocator(n_ticks, integer=True))
-    axes.set_xlabel("episodes finished")
 
 
 def _copied_caption(inspection: Inspection) -> str:
@@ -132,8 +126,7 @@ def draw_fit(inspection: Inspection) -> Figure:
     right.set_ylim(0, 1.08 * float(np.nanmax(ranks)))
     right.yaxis.set_major_locator(MaxNLocator(6, integer=True))
     for axes in (left, right):
-        axes.set_xlim(0, int(history.episode[-1]))
-        _finish(axes, 5)
+        count_episodes(axes, int(history.episode[-1]), 5)
     last = ranks[np.flatnonzero(np.isfinite(ranks[:, 0]))[-1]]
     ends = zip(_MODES.items(), last, strict=True)
     label_ends(right, [EndLabel(name, float(value), look.colour) for (name, look), value in ends])
