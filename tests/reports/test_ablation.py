@@ -57,7 +57,7 @@ def test_letters_are_at_least_8_points() -> None:
 
 def test_kinds_of_ingredients_look_different() -> None:
     ablation = ablation_of()
-    marks = [mark_of(ablation.scenario, one) for one in ablation.steps]
+    marks = [mark_of(ablation, one) for one in ablation.steps]
     assert marks == [CHAIN] * 3 + [SHARING] * 6 + [SLOW]
     assert len({mark.marker for mark in marks}) == 3
 

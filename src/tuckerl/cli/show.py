@@ -36,6 +36,5 @@ def show(
         inspection, lines = inspect_file(file, shape, numbers, env, parse_settings(env_settings or (), "--env-set"))
     name = file.resolve().parent.name if file.name == "agent.tuckerl" else file.stem
     page = write_inspection(inspection, out or Path("results") / "show" / name)
-    for line in lines:
-        typer.echo(line)
+    typer.echo("\n".join(lines))
     typer.echo(f"Page: {page}")

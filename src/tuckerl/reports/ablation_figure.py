@@ -13,7 +13,6 @@ from tuckerl.reports.text import amount, counted, tick
 from tuckerl.studies.ablation import Ablation, AblationStep
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.studies.statistics import MEASURES
-from tuckerl.studies.study import Scenario
 
 _ROW = 0.27  # inches
 
@@ -37,8 +36,8 @@ def draw_ablation(ablation: Ablation) -> Figure:
     axes.set_ylim(n - 0.5, -0.5)
     axes.axvline(0, color="0.3", linewidth=1, zorder=1)
     for place, one in enumerate(ablation.steps):
-        _draw_row(axes, place, one, mark_of(ablation.scenario, one))
-        if place and mark_of(ablation.scenario, ablation.steps[place - 1]) != mark_of(ablation.scenario, one):
+        _draw_row(axes, place, one, mark_of(ablation, one))
+        if place and mark_of(ablation, ablation.steps[place - 1]) != mark_of(ablation, one):
             axes.axhline(place - 0.5, color="0.8", linewidth=0.7, zorder=0)
     axes.set_yticks(range(n), [one.label for one in ablation.steps], parse_math=False)
     axes.tick_params(axis="y", length=0)
@@ -56,9 +55,9 @@ def draw_ablation(ablation: Ablation) -> Figure:
     return figure
 
 
-def mark_of(scenario: Scenario, step: AblationStep) -> Mark:
+def mark_of(ablation: Ablation, step: AblationStep) -> Mark:
     """Return the look of a step's kind: one more on the chain, a way of sharing, or a slower base."""
-    made = next(variant for variant in scenario.variants if variant.name == step.variant)
+    made = ablation.variant_of(step)
     if made.tensor_step is None:
         return SLOW
     return CHAIN if made.n_agents == 1 else SHARING
@@ -89,7 +88,7 @@ def _caption(ablation: Ablation) -> str:
     scenario = ablation.scenario
     runs, instances = counted(scenario.n_runs, "run"), counted(scenario.n_instances, "instance")
     lost = any(one.difference.n_diverged for one in ablation.steps)
-    kinds = {mark_of(scenario, one) for one in ablation.steps}
+    kinds = {mark_of(ablation, one) for one in ablation.steps}
     words = [
         f"How much better than {scenario.algorithm.base} each variant does, with the 95 % interval over pairs ({runs} "
         f"of {instances}, from the same seeds as above); filled where the interval excludes 0, hollow where it covers "

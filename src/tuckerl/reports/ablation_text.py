@@ -8,7 +8,8 @@ from tuckerl.studies.ablation import Ablation, AblationStep
 
 def what_works(ablation: Ablation) -> str:
     """Say which steps add a gain, by the intervals of what each adds to the variant that it is added to."""
-    steps = sorted(_steps(ablation), key=lambda one: -one.added.mean)
+    steps = [one for one in ablation.steps if ablation.variant_of(one).tensor_step is not None]
+    steps = sorted(steps, key=lambda one: -one.added.mean)
     known = [one for one in steps if not math.isnan(one.added.low)]
     helping = [_with_number(one) + _beside_the_base(ablation, one) for one in known if one.added.low > 0]
     harming = [_with_number(one) for one in reversed(known) if one.added.high < 0]
@@ -29,20 +30,11 @@ def what_works(ablation: Ablation) -> str:
 
 def without_the_step(ablation: Ablation) -> str:
     """Say what the smaller learning rate does on its own, where that was run."""
-    slow = next((one for one in ablation.steps if _is_slow_base(ablation, one)), None)
+    slow = next((one for one in ablation.steps if ablation.variant_of(one).tensor_step is None), None)
     if slow is None or math.isnan(slow.difference.low):
         return ""
     rate = f"{amount(slow.difference)} {amount_interval(slow.difference)}"
     return f"The smaller learning rate alone, from the first episode on and without any tensor step: {rate}."
-
-
-def _steps(ablation: Ablation) -> list[AblationStep]:
-    return [one for one in ablation.steps if not _is_slow_base(ablation, one)]
-
-
-def _is_slow_base(ablation: Ablation, step: AblationStep) -> bool:
-    variants = {variant.name: variant for variant in ablation.scenario.variants}
-    return variants[step.variant].tensor_step is None
 
 
 def _with_number(one: AblationStep) -> str:

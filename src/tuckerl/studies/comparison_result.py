@@ -114,8 +114,6 @@ def _by_points(samples: Samples, per_point: int) -> Samples:
 
 
 def _estimate(name: str, values: FloatArray, n_diverged: int, seconds: float) -> Estimate:
-    if values.size == 0:
-        return Estimate(name, math.nan, math.nan, math.nan, 0, n_diverged, seconds)
     mean, low, high = (float(bound[0]) for bound in mean_band(values[:, np.newaxis]))
     if values.size < 2:
         low = high = math.nan

@@ -169,9 +169,9 @@ class Band(NamedTuple):
 
 
 def mean_band(samples: FloatArray) -> Band:
-    """Return the band of (n, T) samples: n runs of a series of length T."""
+    """Return the band of (n, T) samples: n runs of a series of length T; NaN where there are none."""
     n = samples.shape[0]
-    mean = samples.mean(axis=0)
+    mean = samples.mean(axis=0) if n else np.full(samples.shape[1], np.nan)
     if n < 2:
         return Band(mean, mean, mean)
     half = stats.t.ppf(0.5 + CONFIDENCE / 2, n - 1) * samples.std(axis=0, ddof=1) / math.sqrt(n)

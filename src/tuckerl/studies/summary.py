@@ -99,7 +99,7 @@ def paired_curves(samples: Mapping[str, Samples]) -> tuple[Curve, ...]:
     for name, own in samples.items():
         _, here, there = np.intersect1d(own.runs, base.runs, return_indices=True)
         paired = own.values[here] - base.values[there]
-        curves.append(Curve(name, _band(own.values), _band(paired), own.runs.size, own.n_diverged))
+        curves.append(Curve(name, mean_band(own.values), mean_band(paired), own.runs.size, own.n_diverged))
     return tuple(curves)
 
 
@@ -119,13 +119,6 @@ def samples_of(runs: pl.DataFrame, column: str) -> Samples:
     return Samples(kept.to_numpy(), cells[column].to_numpy().reshape(-1, n_episodes), by_run.height - kept.len())
 
 
-def _band(samples: FloatArray) -> Band:
-    if samples.shape[0] == 0:
-        nothing = np.full(samples.shape[1], np.nan)
-        return Band(nothing, nothing, nothing)
-    return mean_band(samples)
-
-
 def _weight_course(variant: str, weights: pl.DataFrame) -> WeightCourse | None:
     if weights.is_empty():
         return None
@@ -134,7 +127,7 @@ def _weight_course(variant: str, weights: pl.DataFrame) -> WeightCourse | None:
     complete = weights.filter(pl.len().over("instance", "run") == episode.size * n_actions)
     samples = complete.sort("instance", "run", "episode", "action")["weight"].to_numpy()
     cube = samples.reshape(-1, episode.size, n_actions)
-    return WeightCourse(variant, episode, tuple(_band(cube[:, :, action]) for action in range(n_actions)))
+    return WeightCourse(variant, episode, tuple(mean_band(cube[:, :, action]) for action in range(n_actions)))
 
 
 def _path(variant: str, paths: pl.DataFrame) -> Path:
