@@ -134,7 +134,7 @@ def draw_weight_map(summary: Summary) -> Figure:
         1, 2, width_ratios=(2.3, 1), left=0.135, right=0.985, top=1 - 0.28 / height, bottom=0.47 / height, wspace=0.34
     )
     over_time = figure.add_subplot(grid[0, 0])
-    _draw_map(over_time, course)
+    _draw_map(figure, over_time, course)
     last = figure.add_subplot(grid[0, 1], sharey=over_time)
     _draw_last(last, course)
     over_time.set_yticks(range(len(text.actions)), text.actions)
@@ -151,8 +151,7 @@ def shown_course(summary: Summary) -> WeightCourse | None:
     return found[0] if found else None
 
 
-def _draw_map(axes: Axes, course: WeightCourse) -> None:
-    figure = axes.get_figure(root=True)
+def _draw_map(figure: Figure, axes: Axes, course: WeightCourse) -> None:
     means = np.array([band.mean for band in course.bands])
     edges = np.append(0, course.episode)  # a column spans the window that its weights were worked out from
     mesh = axes.pcolormesh(
@@ -162,10 +161,9 @@ def _draw_map(axes: Axes, course: WeightCourse) -> None:
     axes.set_ylim(means.shape[0] - 0.5, -0.5)
     count_episodes(axes, int(course.episode[-1]))
     axes.tick_params(axis="y", length=0)
-    if figure is not None:
-        bar = figure.colorbar(mesh, ax=axes, pad=0.02, fraction=0.06, aspect=35)
-        bar.ax.set_title("mean ω", fontsize=8, pad=4)
-        bar.outline.set_visible(False)
+    bar = figure.colorbar(mesh, ax=axes, pad=0.02, fraction=0.06, aspect=35)
+    bar.ax.set_title("mean ω", fontsize=8, pad=4)
+    bar.outline.set_visible(False)
 
 
 def _draw_last(axes: Axes, course: WeightCourse) -> None:

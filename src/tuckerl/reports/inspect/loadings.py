@@ -125,7 +125,7 @@ def _states_caption(inspection: Inspection) -> str:
     n_columns = loadings.factors[STATES].shape[1]
     share = percents(loadings.energies(STATES))
     words = [
-        f"{_capital(counted(n_columns, 'column'))} of the state factor of the latest tables' Tucker decomposition; "
+        f"{counted(n_columns, 'column')} of the state factor of the latest tables' Tucker decomposition; "
         f"{fit_words(loadings)}. Of what is kept, they carry {share} (squares of the core)",
         "Lighter is positive, darker negative; each is scaled to its own largest magnitude, and its sign is arbitrary",
     ]
@@ -135,7 +135,8 @@ def _states_caption(inspection: Inspection) -> str:
         words.append(f"Only the first {MOST_MAPS} are drawn")
     still = int((~inspection.walls).sum()) - int((~inspection.walls[loadings.states]).sum())
     if still:
-        words.append(f"{counted(still, 'state')} did not change in these episodes and {_has(still)} no loadings")
+        has = "has" if still == 1 else "have"
+        words.append(f"{counted(still, 'state')} did not change in these episodes and {has} no loadings")
     if inspection.layout is None:
         words += _hidden(loadings)
     return ". ".join(words) + "."
@@ -151,14 +152,6 @@ def _hidden(loadings: Loadings) -> list[str]:
         f"Drawn are the {rows.size} states with the largest loadings; the other {norms.size - rows.size:,} carry "
         f"{percent(part)} of the factor's squares"
     ]
-
-
-def _has(count: int) -> str:
-    return "has" if count == 1 else "have"
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _states_alt(inspection: Inspection) -> str:

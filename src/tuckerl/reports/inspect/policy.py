@@ -1,6 +1,7 @@
 """The greedy policy and the state values where the states are the cells of a grid."""
 
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -91,23 +92,14 @@ def _draw_arrows(axes: Axes, field: ArrowField, drawn: BoolArray, dark: BoolArra
 def _draw_marks(axes: Axes, inspection: Inspection, action: IntArray, drawn: BoolArray, room: Room) -> list[Line2D]:
     """Mark where the greedy action points nowhere, a shape for each such action; return their legend."""
     columns = inspection.grid[1]
+    look: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "black", "markeredgecolor": "white"}
+    look |= {"markersize": min(7.0, 0.5 * stride(room) * room.cell), "markeredgewidth": 0.4}
     lines = []
     for number, marker in zip(_undirected(inspection), MARKERS, strict=False):
         cells = np.flatnonzero(drawn & (action == number))
-        size = min(7.0, 0.5 * stride(room) * room.cell)
-        (line,) = axes.plot(
-            cells % columns,
-            cells // columns,
-            linestyle="none",
-            marker=marker,
-            markersize=size,
-            markerfacecolor="black",
-            markeredgecolor="white",
-            markeredgewidth=0.4,
-            label=inspection.action_names[number],
-        )
+        name = inspection.action_names[number]
         if cells.size:
-            lines.append(line)
+            lines += axes.plot(cells % columns, cells // columns, marker=marker, label=name, **look)
     return lines
 
 

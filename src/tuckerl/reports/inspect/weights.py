@@ -49,10 +49,7 @@ def _draw_lines(inspection: Inspection) -> Figure:
 def drawn_windows(history: TensorStepHistory) -> TensorStepHistory:
     """Return the last window and every so many before it: not more than are drawn."""
     every = windows_apart(history)
-    kept = np.arange(history.episode.size)[::-1][::every][::-1]
-    return TensorStepHistory(
-        history.episode[kept], history.weights[kept], history.chosen[kept], history.fit[kept], history.ranks[kept]
-    )
+    return TensorStepHistory._make(column[(history.episode.size - 1) % every :: every] for column in history)
 
 
 def windows_apart(history: TensorStepHistory) -> int:
