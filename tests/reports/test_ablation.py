@@ -6,8 +6,16 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests.reports.examples import SCENARIO, SCENARIOS, ablation_of, difference
-from tuckerl.reports.ablation_figure import ABLATION, CHAIN, SHARING, SLOW, draw_ablation, mark_of
-from tuckerl.reports.ablation_text import what_works, without_the_step
+from tuckerl.reports.ablation import (
+    ABLATION,
+    CHAIN,
+    SHARING,
+    SLOW,
+    draw_ablation,
+    mark_of,
+    what_works,
+    without_the_step,
+)
 from tuckerl.reports.figure import own_style
 from tuckerl.studies.ablation import Ablation
 from tuckerl.studies.statistics import NO_DIFFERENCE

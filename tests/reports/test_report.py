@@ -23,7 +23,7 @@ from tests.reports.examples import (
     weights_claim,
 )
 from tuckerl.errors import OutputError
-from tuckerl.reports.ablation_text import what_works
+from tuckerl.reports.ablation import what_works
 from tuckerl.reports.curves import CURVES
 from tuckerl.reports.figure import RenderedFigure
 from tuckerl.reports.markup import inlined

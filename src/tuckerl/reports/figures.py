@@ -10,7 +10,7 @@ _LISTED = (
     "tuckerl.reports.curves:CURVES",
     "tuckerl.reports.action_weights:WEIGHT_LINES",
     "tuckerl.reports.action_weights:WEIGHT_MAP",
-    "tuckerl.reports.ablation_figure:ABLATION",
+    "tuckerl.reports.ablation:ABLATION",
     "tuckerl.reports.sensitivity_figure:SENSITIVITY",
     "tuckerl.reports.curves:COMPARISON",
 )

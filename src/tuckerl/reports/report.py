@@ -6,7 +6,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from tuckerl.reports.ablation_text import what_works, without_the_step
+from tuckerl.reports.ablation import what_works, without_the_step
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.markup import rendered, versions, write_page

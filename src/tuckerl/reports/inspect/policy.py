@@ -10,17 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from tuckerl.reports.figure import FigureSpec
-from tuckerl.reports.inspect.cells import (
-    Room,
-    colour_bar,
-    draw_cells,
-    grid_figure,
-    key_of_cells,
-    legend_below,
-    room_for,
-    scale,
-    where,
-)
+from tuckerl.reports.inspect import cells
+from tuckerl.reports.inspect.cells import Room
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, ArrowField, arrow_field, direction, shares_first_place
 from tuckerl.reports.text import counted, span
@@ -37,10 +28,10 @@ _DARK = 0.45  # of lightness: arrows are white on what is darker
 def draw_policy(inspection: Inspection) -> Figure:
     """Draw agent 0's state values as colours and its greedy actions as arrows."""
     layout, q, allowed = inspection.grid, inspection.q[0], inspection.allowed[0]
-    figure, axes, room = grid_figure(layout)
+    figure, axes, room = cells.grid_figure(layout)
     shown = inspection.known[0]
-    norm = scale(shown)
-    colours = draw_cells(axes, shown, layout, inspection.walls, norm, room)
+    norm = cells.scale(shown)
+    colours = cells.draw_cells(axes, shown, layout, inspection.walls, norm, room)
     dark = (
         np.asarray(colours.to_rgba(np.nan_to_num(shown, nan=norm.vmax or 0.0)))[:, :3] @ (0.299, 0.587, 0.114) < _DARK
     )
@@ -48,10 +39,10 @@ def draw_policy(inspection: Inspection) -> Figure:
     drawn = _drawn(inspection, room)
     _draw_arrows(axes, field, drawn, dark, room)
     marks = _draw_marks(axes, inspection, field.action, drawn, room)
-    key = [*key_of_cells(inspection.walls, np.isnan(shown), "no preference"), *marks]
-    legend_below(axes, room, key, 5, columnspacing=1.2)
+    key = [*cells.key_of_cells(inspection.walls, np.isnan(shown), "no preference"), *marks]
+    cells.legend_below(axes, room, key, 5, columnspacing=1.2)
     axes.set_title("agent 0" if inspection.n_agents > 1 else "greedy policy", loc="left")
-    colour_bar(axes, colours, "max Q(s, a)")
+    cells.colour_bar(axes, colours, "max Q(s, a)")
     return figure
 
 
@@ -71,21 +62,19 @@ def _drawn(inspection: Inspection, room: Room) -> BoolArray:
 
 def _draw_arrows(axes: Axes, field: ArrowField, drawn: BoolArray, dark: BoolArray, room: Room) -> None:
     """Draw each arrow as one shape, black or white as its cell is light or dark."""
-    cells = np.flatnonzero(drawn & ((field.down != 0) | (field.right != 0)))
+    places = np.flatnonzero(drawn & ((field.down != 0) | (field.right != 0)))
     columns = round(axes.get_xlim()[1] + 0.5)
     half = min(0.36 * stride(room) * room.cell, _LONGEST_ARROW / 2)  # points, so that oblong cells bend no arrow
     # Along and across its direction: a shaft, barbs, a tip.
     outline = np.array(
         [(-1, 0.1), (0.1, 0.1), (0.1, 0.52), (1, 0), (0.1, -0.52), (0.1, -0.1), (-1, -0.1)], dtype=np.float64
     )
-    shapes = []
-    for cell in cells:
-        along = np.array([field.right[cell], field.down[cell]]) / math.hypot(field.right[cell], field.down[cell])
-        across = np.array([-along[1], along[0]])
-        centre = np.array([cell % columns, cell // columns])
-        points = half * (outline[:, :1] * along + outline[:, 1:] * across)
-        shapes.append(centre + points / (room.across, room.down))
-    colours = np.where(dark[cells], "white", "black").tolist()
+    along = np.column_stack([field.right, field.down])[places, np.newaxis]
+    along = along / np.linalg.norm(along, axis=-1, keepdims=True)
+    points = half * (outline[:, :1] * along + outline[:, 1:] * along[..., ::-1] * (-1, 1))
+    centres = np.column_stack([places % columns, places // columns])[:, np.newaxis]
+    shapes = centres + points / (room.across, room.down)
+    colours = np.where(dark[places], "white", "black").tolist()
     axes.add_collection(PolyCollection(shapes, facecolors=colours, edgecolors="none", gid="arrows"), autolim=False)
 
 
@@ -96,10 +85,10 @@ def _draw_marks(axes: Axes, inspection: Inspection, action: IntArray, drawn: Boo
     look |= {"markersize": min(7.0, 0.5 * stride(room) * room.cell), "markeredgewidth": 0.4}
     lines = []
     for number, marker in zip(_undirected(inspection), MARKERS, strict=False):
-        cells = np.flatnonzero(drawn & (action == number))
+        places = np.flatnonzero(drawn & (action == number))
         name = inspection.action_names[number]
-        if cells.size:
-            lines += axes.plot(cells % columns, cells // columns, marker=marker, label=name, **look)
+        if places.size:
+            lines += axes.plot(places % columns, places // columns, marker=marker, label=name, **look)
     return lines
 
 
@@ -131,7 +120,7 @@ def policy_words(inspection: Inspection) -> list[str]:
 
 def _caption(inspection: Inspection) -> str:
     layout = inspection.grid
-    every = stride(room_for(layout))
+    every = stride(cells.room_for(layout))
     words = [
         "Colour: the state value, the largest of each cell's Q(s, a); lighter is more. Arrow: the action that has it, "
         "by the direction of its name",
@@ -153,7 +142,7 @@ def _alt(inspection: Inspection) -> str:
     text = f"A grid of {rows} rows and {columns} columns coloured by state value"
     known = inspection.known[0]
     if np.isfinite(known).any():
-        highest = where(int(np.nanargmax(known)), inspection.layout)
+        highest = cells.where(int(np.nanargmax(known)), inspection.layout)
         text += f", the highest in {highest}, with an arrow for the greedy action: {inspection.commonest(4)} cells"
     return f"{text}. {int(inspection.walls.sum()):,} cells are blocked."
 
