@@ -22,10 +22,16 @@ from tuckerl.reports.inspect.curve import CURVE, blocks, running_mean, window_of
 from tuckerl.reports.inspect.figures import FIGURES
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, arrow_field, direction, greedy, values
 from tuckerl.reports.inspect.loadings import LOADINGS, MOST_STATES, STATE_LOADINGS, on_all_states, shown_rows
-from tuckerl.reports.inspect.plain import PLAIN
-from tuckerl.reports.inspect.policy import POLICY, draw_policy, stride
-from tuckerl.reports.inspect.weights import MOST_DRAWN, WEIGHTS, drawn_windows
-from tuckerl.reports.inspect.windows import COPIED, FIT, copied_counts, rows_of_agents
+from tuckerl.reports.inspect.policy import PLAIN, POLICY, draw_policy, stride
+from tuckerl.reports.inspect.windows import (
+    COPIED,
+    FIT,
+    MOST_DRAWN,
+    WEIGHTS,
+    copied_counts,
+    drawn_windows,
+    rows_of_agents,
+)
 from tuckerl.reports.text import percent, percents
 from tuckerl.types import FloatArray
 
