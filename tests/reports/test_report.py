@@ -27,8 +27,7 @@ from tuckerl.reports.ablation import what_works
 from tuckerl.reports.curves import CURVES
 from tuckerl.reports.figure import RenderedFigure
 from tuckerl.reports.markup import inlined
-from tuckerl.reports.report import write_report
-from tuckerl.reports.report_text import MARKS
+from tuckerl.reports.report import MARKS, write_report
 from tuckerl.reports.text import amount, amount_interval
 from tuckerl.studies.assumptions import INVENTED, Assumption
 from tuckerl.studies.summary import summarise

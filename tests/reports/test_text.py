@@ -4,8 +4,7 @@ import pytest
 
 from tests.reports.examples import claim, study_of, weights_claim
 from tuckerl.reports import text as wording
-from tuckerl.reports.report import commands
-from tuckerl.reports.report_text import described, outcome, reading
+from tuckerl.reports.report import commands, described, outcome, reading
 from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.dyna_maze import ALGORITHM
 from tuckerl.studies.scenarios import scenario_study

@@ -8,7 +8,7 @@ from pathlib import Path
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.markup import rendered, versions, write_page
-from tuckerl.reports.report_text import described
+from tuckerl.reports.report import described
 from tuckerl.reports.text import all_pairs, amount, amount_interval, counted, joined, measured
 from tuckerl.studies.comparison import N_EPISODES, N_RUNS, ComparisonConfig
 from tuckerl.studies.comparison_result import VERDICTS, ComparisonResult
