@@ -68,11 +68,11 @@ def _summary(scenario: Scenario, tables: StudyTables) -> Summary:
     best = measured.max() if measure.larger_is_better else measured.min()
     best_episodes = runs.group_by("variant", "instance", "run", "agent").agg(best).group_by("variant")
     samples = {name: samples_of(runs.filter(pl.col("variant") == name), measure.column) for name in names}
-    courses = (_weight_course(name, weights.filter(pl.col("variant") == name)) for name in names)
+    weighted = set(weights["variant"])
     return Summary(
         scenario,
         paired_curves({name: own._replace(values=own.values.cumsum(axis=1)) for name, own in samples.items()}),
-        tuple(course for course in courses if course is not None),
+        tuple(_weight_course(name, weights.filter(pl.col("variant") == name)) for name in names if name in weighted),
         tuple(_path(name, paths.filter(pl.col("variant") == name)) for name in scenario.record_paths_of),
         dict(best_episodes.agg(measured.mean().fill_null(np.nan)).iter_rows()),
         mean_seconds(times),
@@ -119,9 +119,7 @@ def samples_of(runs: pl.DataFrame, column: str) -> Samples:
     return Samples(kept.to_numpy(), cells[column].to_numpy().reshape(-1, n_episodes), by_run.height - kept.len())
 
 
-def _weight_course(variant: str, weights: pl.DataFrame) -> WeightCourse | None:
-    if weights.is_empty():
-        return None
+def _weight_course(variant: str, weights: pl.DataFrame) -> WeightCourse:
     episode = weights["episode"].unique().sort().to_numpy()
     n_actions = int(weights["action"].max()) + 1  # type: ignore[arg-type]  # an integer column
     complete = weights.filter(pl.len().over("instance", "run") == episode.size * n_actions)
@@ -132,7 +130,5 @@ def _weight_course(variant: str, weights: pl.DataFrame) -> WeightCourse | None:
 
 def _path(variant: str, paths: pl.DataFrame) -> Path:
     lengths = paths.group_by("agent").len().sort("len", "agent")
-    if lengths.is_empty():
-        return Path(variant, np.zeros(0, dtype=np.int64))
-    best = paths.filter(pl.col("agent") == lengths["agent"][0]).sort("step")
+    best = paths.join(lengths.head(1), on="agent", how="semi").sort("step")
     return Path(variant, best["state"].to_numpy())

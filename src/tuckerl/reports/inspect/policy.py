@@ -14,7 +14,7 @@ from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
 from tuckerl.reports.inspect import cells
 from tuckerl.reports.inspect.cells import Room
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.greedy import NO_PREFERENCE, ArrowField, arrow_field, direction, shares_first_place
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE, arrows, direction, shares_first_place
 from tuckerl.reports.styles import BLACK, BLUE
 from tuckerl.reports.text import counted, number, span
 from tuckerl.studies.figure_text import FigureText
@@ -37,10 +37,9 @@ def draw_policy(inspection: Inspection) -> Figure:
     dark = (
         np.asarray(colours.to_rgba(np.nan_to_num(shown, nan=norm.vmax or 0.0)))[:, :3] @ (0.299, 0.587, 0.114) < _DARK
     )
-    field = arrow_field(q, inspection.action_names, allowed)
     drawn = _drawn(inspection, room)
-    _draw_arrows(axes, field, drawn, dark, room)
-    marks = _draw_marks(axes, inspection, field.action, drawn, room)
+    _draw_arrows(axes, arrows(q, inspection.action_names, allowed), drawn, dark, room)
+    marks = _draw_marks(axes, inspection, drawn, room)
     key = [*cells.key_of_cells(inspection.walls, np.isnan(shown), "no preference"), *marks]
     cells.legend_below(axes, room, key, 5, columnspacing=1.2)
     axes.set_title("agent 0" if inspection.n_agents > 1 else "greedy policy", loc="left")
@@ -62,16 +61,16 @@ def _drawn(inspection: Inspection, room: Room) -> BoolArray:
     return chosen.ravel() & ~inspection.walls
 
 
-def _draw_arrows(axes: Axes, field: ArrowField, drawn: BoolArray, dark: BoolArray, room: Room) -> None:
+def _draw_arrows(axes: Axes, ways: IntArray, drawn: BoolArray, dark: BoolArray, room: Room) -> None:
     """Draw each arrow as one shape, black or white as its cell is light or dark."""
-    places = np.flatnonzero(drawn & ((field.down != 0) | (field.right != 0)))
+    places = np.flatnonzero(drawn & ways.any(axis=1))
     columns = round(axes.get_xlim()[1] + 0.5)
     half = min(0.36 * stride(room) * room.cell, _LONGEST_ARROW / 2)  # points, so that oblong cells bend no arrow
     # Along and across its direction: a shaft, barbs, a tip.
     outline = np.array(
         [(-1, 0.1), (0.1, 0.1), (0.1, 0.52), (1, 0), (0.1, -0.52), (0.1, -0.1), (-1, -0.1)], dtype=np.float64
     )
-    along = np.column_stack([field.right, field.down])[places, np.newaxis]
+    along = ways[places, np.newaxis, ::-1]
     along = along / np.linalg.norm(along, axis=-1, keepdims=True)
     points = half * (outline[:, :1] * along + outline[:, 1:] * along[..., ::-1] * (-1, 1))
     centres = np.column_stack([places % columns, places // columns])[:, np.newaxis]
@@ -80,14 +79,14 @@ def _draw_arrows(axes: Axes, field: ArrowField, drawn: BoolArray, dark: BoolArra
     axes.add_collection(PolyCollection(shapes, facecolors=colours, edgecolors="none", gid="arrows"), autolim=False)
 
 
-def _draw_marks(axes: Axes, inspection: Inspection, action: IntArray, drawn: BoolArray, room: Room) -> list[Line2D]:
+def _draw_marks(axes: Axes, inspection: Inspection, drawn: BoolArray, room: Room) -> list[Line2D]:
     """Mark where the greedy action points nowhere, a shape for each such action; return their legend."""
     columns = inspection.grid[1]
     look: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "black", "markeredgecolor": "white"}
     look |= {"markersize": min(7.0, 0.5 * stride(room) * room.cell), "markeredgewidth": 0.4}
     lines = []
     for action_number, marker in zip(_undirected(inspection), MARKERS, strict=False):
-        places = np.flatnonzero(drawn & (action == action_number))
+        places = np.flatnonzero(drawn & (inspection.best[0] == action_number))
         name = inspection.action_names[action_number]
         if places.size:
             lines += axes.plot(places % columns, places // columns, marker=marker, label=name, **look)
