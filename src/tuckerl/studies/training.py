@@ -27,7 +27,6 @@ from tuckerl.studies.environments import environment_of
 from tuckerl.studies.store import differences
 from tuckerl.studies.training_config import TrainingConfig, build_learner
 from tuckerl.training.callbacks.base import Callback
-from tuckerl.training.callbacks.checkpoint import Checkpoint
 from tuckerl.training.evaluation import Evaluation
 from tuckerl.training.learner import Learner
 from tuckerl.training.schedules import as_json
@@ -130,8 +129,7 @@ class Training:
         OutputError
             If a file cannot be written.
         """
-        every = None if checkpoint is None else check_int("checkpoint", checkpoint, 1)
-        saving = [] if every is None else [Checkpoint(self.agent_file, every=every)]
+        saving = [] if checkpoint is None else [_Saving(self.agent_file, check_int("checkpoint", checkpoint, 1))]
         try:
             left = self._left()
             if left:
@@ -234,6 +232,17 @@ class _Clock(Callback):
         if self._first is not None:
             seconds, steps = time.perf_counter() - self._first[0], int(learner.steps.sum()) - self._first[1]
             self.rate = steps / seconds if steps else math.nan
+
+
+class _Saving(Callback):
+    """A callback that saves a learner every so many episodes."""
+
+    def __init__(self, path: Path, every: int) -> None:
+        super().__init__(every)
+        self._path = path
+
+    def on_window(self, learner: Learner) -> None:
+        learner.save(self._path)
 
 
 def load_learner(path: Path, environment: str | None = None, keywords: Mapping[str, Any] = {}) -> Learner:
