@@ -6,8 +6,16 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests.reports.examples import SCENARIO, SCENARIOS, ablation_of, difference
-from tuckerl.reports.ablation_figure import ABLATION, CHAIN, SHARING, SLOW, draw_ablation, mark_of
-from tuckerl.reports.ablation_text import what_works, without_the_step
+from tuckerl.reports.ablation import (
+    ABLATION,
+    CHAIN,
+    SHARING,
+    SLOW,
+    draw_ablation,
+    mark_of,
+    what_works,
+    without_the_step,
+)
 from tuckerl.reports.figure import own_style
 from tuckerl.studies.ablation import Ablation
 from tuckerl.studies.statistics import NO_DIFFERENCE
@@ -57,7 +65,7 @@ def test_letters_are_at_least_8_points() -> None:
 
 def test_kinds_of_ingredients_look_different() -> None:
     ablation = ablation_of()
-    marks = [mark_of(ablation.scenario, one) for one in ablation.steps]
+    marks = [mark_of(ablation, one) for one in ablation.steps]
     assert marks == [CHAIN] * 3 + [SHARING] * 6 + [SLOW]
     assert len({mark.marker for mark in marks}) == 3
 

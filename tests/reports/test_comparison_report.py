@@ -13,9 +13,8 @@ from tests.studies.comparisons import config_of, small_comparison, tables_of
 from tuckerl.cli.settings import parse_settings
 from tuckerl.errors import OutputError
 from tuckerl.reports import text as wording
-from tuckerl.reports.comparison_figure import COMPARISON
-from tuckerl.reports.comparison_page import command, write_comparison
-from tuckerl.reports.comparison_text import outcome
+from tuckerl.reports.comparison_page import command, outcome, write_comparison
+from tuckerl.reports.curves import COMPARISON
 from tuckerl.studies.comparison_result import ComparisonResult, summarise_comparison
 from tuckerl.studies.statistics import Difference
 

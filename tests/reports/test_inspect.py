@@ -20,13 +20,18 @@ from tuckerl.reports.inspect.agents import AGENTS, differences
 from tuckerl.reports.inspect.cells import counting_ticks, room_for
 from tuckerl.reports.inspect.curve import CURVE, blocks, running_mean, window_of
 from tuckerl.reports.inspect.figures import FIGURES
-from tuckerl.reports.inspect.greedy import NO_PREFERENCE, arrow_field, direction, greedy, values
-from tuckerl.reports.inspect.loadings import LOADINGS
-from tuckerl.reports.inspect.plain import PLAIN
-from tuckerl.reports.inspect.policy import POLICY, draw_policy, stride
-from tuckerl.reports.inspect.state_loadings import MOST_STATES, STATE_LOADINGS, on_all_states, shown_rows
-from tuckerl.reports.inspect.weights import MOST_DRAWN, WEIGHTS, drawn_windows
-from tuckerl.reports.inspect.windows import COPIED, FIT, copied_counts, rows_of_agents
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE, arrows, direction, greedy, values
+from tuckerl.reports.inspect.loadings import LOADINGS, MOST_STATES, STATE_LOADINGS, on_all_states, shown_rows
+from tuckerl.reports.inspect.policy import PLAIN, POLICY, draw_policy, stride
+from tuckerl.reports.inspect.windows import (
+    COPIED,
+    FIT,
+    MOST_DRAWN,
+    WEIGHTS,
+    copied_counts,
+    drawn_windows,
+    rows_of_agents,
+)
 from tuckerl.reports.text import percent, percents
 from tuckerl.types import FloatArray
 
@@ -102,11 +107,11 @@ def test_arrows_lead_along_a_shortest_path_of_a_maze() -> None:
     q[:] = -distances[next_state]
     for names in (MOVES, ("left", "right", "down", "up")):
         order = [MOVES.index(name) for name in names]
-        field = arrow_field(q[:, order], names)
+        ways = arrows(q[:, order], names)
         cell = maze.start
         for _ in range(14):
             state = maze.state(cell)
-            cell = (int(cell[0] + field.down[state]), int(cell[1] + field.right[state]))
+            cell = (int(cell[0] + ways[state, 0]), int(cell[1] + ways[state, 1]))
         assert cell == maze.goal
 
 

@@ -12,8 +12,8 @@ import tuckerl
 from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.errors import ParameterError, ProblemError, SavedFileError
 from tuckerl.reports.inspect import inspect_learner, inspection_figures
+from tuckerl.reports.inspect.file import learner_lines
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, shares_first_place, values
-from tuckerl.reports.inspect.summary import learner_lines
 from tuckerl.reports.learner_text import name_of
 from tuckerl.training import learner_file as saved
 

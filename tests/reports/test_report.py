@@ -23,11 +23,11 @@ from tests.reports.examples import (
     weights_claim,
 )
 from tuckerl.errors import OutputError
-from tuckerl.reports.ablation_text import what_works
-from tuckerl.reports.assumptions import MARKS
+from tuckerl.reports.ablation import what_works
 from tuckerl.reports.curves import CURVES
+from tuckerl.reports.figure import RenderedFigure
 from tuckerl.reports.markup import inlined
-from tuckerl.reports.report import write_report
+from tuckerl.reports.report import MARKS, write_report
 from tuckerl.reports.text import amount, amount_interval
 from tuckerl.studies.assumptions import INVENTED, Assumption
 from tuckerl.studies.summary import summarise
@@ -165,7 +165,7 @@ def test_names_are_escaped(tmp_path: Path) -> None:
 
 def test_inlined_figures_keep_no_comment_and_escape_their_description() -> None:
     svg = '<?xml?><svg viewBox="0 0 1 2"><g id="figure_1"><!-- <b> --><use href="#a"/><path id="a"/></g></svg>'
-    assert inlined(svg, "fig", '"<') == (
+    assert inlined(RenderedFigure("fig", "", "", '"<', svg.encode(), b"")) == (
         '<svg viewBox="0 0 1 2" role="img" aria-label="&#34;&lt;"><g id="fig-figure_1"><use href="#fig-a"/>'
         '<path id="fig-a"/></g></svg>'
     )

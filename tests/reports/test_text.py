@@ -4,8 +4,7 @@ import pytest
 
 from tests.reports.examples import claim, study_of, weights_claim
 from tuckerl.reports import text as wording
-from tuckerl.reports.report import commands
-from tuckerl.reports.report_text import described, outcome, reading
+from tuckerl.reports.report import commands, described, outcome, reading
 from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.dyna_maze import ALGORITHM
 from tuckerl.studies.scenarios import scenario_study
@@ -91,15 +90,15 @@ def test_a_claim_that_compares_nothing_has_no_reading() -> None:
         (wording.amount_interval(NO_DIFFERENCE), ""),
         (wording.whole(194090.36), "194,090"),
         (wording.whole(math.nan), wording.NOTHING),
-        (wording.tenths(106.444), "106.4"),
-        (wording.interval(-5.4, 1000.0), "[\N{MINUS SIGN}5, 1,000]"),
-        (wording.interval(math.nan, math.nan), ""),
+        (wording.mean_of(106.444, "steps"), "106.4"),
+        (wording.measured_interval(-5.4, 1000.0, "steps"), "[\N{MINUS SIGN}5, 1,000]"),
+        (wording.measured_interval(math.nan, math.nan, "steps"), ""),
         (wording.seconds(0.0095637), "9.56 ms"),
         (wording.seconds(12.345), "12.3 s"),
         (wording.seconds(math.nan), wording.NOTHING),
         (wording.total(1234.5, "steps"), "1,234"),
         (wording.total(-1.5, "return"), "\N{MINUS SIGN}1.50"),
-        (wording.total_interval(-1.5, 2.0, "return"), "[\N{MINUS SIGN}1.50, 2.00]"),
+        (wording.measured_interval(-1.5, 2.0, "return"), "[\N{MINUS SIGN}1.50, 2.00]"),
         (wording.mean_of(12.34, "steps"), "12.3"),
         (wording.mean_of(12.34, "return"), "12.34"),
         (wording.counted(1, "run"), "1 run"),

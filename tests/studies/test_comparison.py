@@ -199,7 +199,7 @@ def test_an_environment_is_told_by_its_keywords_and_its_code() -> None:
 
 
 def test_listed_environments_say_how_they_are_played() -> None:
-    how = {listed.name: listed.how for listed in listed_environments()}
+    how = {name: listed.how for name, listed in listed_environments().items()}
     assert how["tuckerl/CartPole-v0"] == "compiled simulator"
     assert how["tuckerl/DynaMaze-v0"] == "extracted transition table, compiled"
     team, apart = how["tuckerl/RobotRescue-v0"].split("; ")
@@ -209,23 +209,23 @@ def test_listed_environments_say_how_they_are_played() -> None:
     assert how["MountainCar-v0"].endswith("put into bins")
     assert "Pendulum-v1" not in how  # its actions are continuous
     assert "CartPole-v0" not in how  # there is a later version
-    assert all(listed.title for listed in listed_environments())
+    assert all(listed.title for listed in listed_environments().values())
 
 
 def test_a_listed_environment_is_played_as_it_is_told() -> None:
-    for listed in listed_environments():
+    for name, listed in listed_environments().items():
         binned = listed.how.endswith("put into bins")
         if binned:
             with pytest.raises(SpaceError, match="give bins"):
-                as_problem(listed.name)
+                as_problem(name)
         else:
-            assert listed.how.startswith(as_problem(listed.name, AdapterOptions(Agents.JOINT)).how_played)
+            assert listed.how.startswith(as_problem(name, AdapterOptions(Agents.JOINT)).how_played)
 
 
 def test_an_environment_that_cannot_be_made_is_not_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     entry = "gymnasium.envs.toy_text.nowhere:NowhereEnv"
     monkeypatch.setitem(gymnasium.registry, "Nowhere-v0", gymnasium.envs.registration.EnvSpec("Nowhere-v0", entry))
-    assert "Nowhere-v0" not in {listed.name for listed in listed_environments()}
+    assert "Nowhere-v0" not in listed_environments()
 
 
 def test_agents_of_an_environment_share_in_the_control_as_in_the_candidate() -> None:

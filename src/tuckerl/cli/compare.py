@@ -39,8 +39,7 @@ def compare(
     # Imported here, so that --help is quick.
     from tuckerl.cli.settings import parse_settings, search_here
     from tuckerl.progress import default_workers, progress_bar
-    from tuckerl.reports.comparison_page import write_comparison
-    from tuckerl.reports.comparison_text import outcome
+    from tuckerl.reports.comparison_page import outcome, write_comparison
     from tuckerl.studies.comparison import ComparisonConfig, comparison_study
     from tuckerl.studies.comparison_result import summarise_comparison
     from tuckerl.studies.reproduce import run_study

@@ -29,5 +29,4 @@ def evaluate(
         learner = load_learner(file, env, parse_settings(env_settings or (), "--env-set"))
         evaluation = learner.evaluate(episodes, seed=seed)
     typer.echo(f"{name_of(learner)}, after {learner.episodes:,} episodes")
-    for line in evaluation_lines(evaluation):
-        typer.echo(line)
+    typer.echo("\n".join(evaluation_lines(evaluation)))

@@ -1,6 +1,5 @@
 """``tuckerl list``: what there is to name on the command line."""
 
-from collections.abc import Callable
 from typing import Annotated, NamedTuple
 
 import typer
@@ -8,54 +7,35 @@ from rich.console import Console
 from rich.table import Table
 
 from tuckerl.checks import check_name
-
-Rows = list[tuple[str, ...]]
-
-
-# What is listed is imported in each function, so that --help is quick.
-def _algorithms() -> Rows:
-    from tuckerl.studies.algorithms import ALGORITHMS
-
-    return [(one.name, one.title, one.source) for one in ALGORITHMS.values()]
-
-
-def _environments() -> Rows:
-    from tuckerl.studies.environments import listed_environments
-
-    return [(one.name, one.title, one.how) for one in listed_environments()]
-
-
-def _scenarios() -> Rows:
-    from tuckerl.studies.scenarios import SCENARIOS
-
-    return [(one.name, one.description) for one in SCENARIOS.values()]
-
-
-def _weights() -> Rows:
-    from tuckerl.generalization.weights import WEIGHTINGS
-
-    return [(name, weighting.description) for name, weighting in WEIGHTINGS.items()]
-
-
-def _shares() -> Rows:
-    from tuckerl.generalization.sharing import SHARING_RULES
-
-    return [(name, rule.description) for name, rule in SHARING_RULES.items()]
+from tuckerl.registers import load
 
 
 class Listing(NamedTuple):
-    """A kind of names: the titles of its columns, and its rows."""
+    """A kind of names, and the table that shows it."""
 
-    titles: tuple[str, ...]
-    rows: Callable[[], Rows]
+    home: str  # of what is listed, by name, or of a function that returns it; loaded late, so that --help is quick
+    columns: dict[str, str]  # the titles of the columns after the name's, by the attributes that they show
+    name: str = "Name"
+
+    def rows(self) -> list[list[str]]:
+        """Return the table's rows."""
+        found = load(self.home)
+        listed = found() if callable(found) else found
+        return [[name, *(getattr(one, attribute) for attribute in self.columns)] for name, one in listed.items()]
 
 
 LISTINGS = {
-    "algorithms": Listing(("Name", "Algorithm", "Source"), _algorithms),
-    "environments": Listing(("Id", "Environment", "How it is played"), _environments),
-    "scenarios": Listing(("Name", "Experiment"), _scenarios),
-    "weights": Listing(("Name", "The learning rate of an action is multiplied by"), _weights),
-    "shares": Listing(("Name", "After a window, all agents go on with"), _shares),
+    "algorithms": Listing("tuckerl.studies.algorithms:ALGORITHMS", {"title": "Algorithm", "source": "Source"}),
+    "environments": Listing(
+        "tuckerl.studies.environments:listed_environments", {"title": "Environment", "how": "How it is played"}, "Id"
+    ),
+    "scenarios": Listing("tuckerl.studies.scenarios:SCENARIOS", {"description": "Experiment"}),
+    "weights": Listing(
+        "tuckerl.generalization.weights:WEIGHTINGS", {"description": "The learning rate of an action is multiplied by"}
+    ),
+    "shares": Listing(
+        "tuckerl.generalization.sharing:SHARING_RULES", {"description": "After a window, all agents go on with"}
+    ),
 }
 
 _OTHERS = (
@@ -72,13 +52,15 @@ def list_names(kind: Annotated[str, typer.Argument(help=f"{', '.join(LISTINGS)} 
     check_name("kind", kind, (*LISTINGS, "all"))
     console = Console()
     for chosen in LISTINGS if kind == "all" else (kind,):
-        titles, rows = LISTINGS[chosen]
+        listing = LISTINGS[chosen]
         if not console.is_terminal:
-            for row in rows():
+            for row in listing.rows():
                 typer.echo("\t".join(row))
             continue
-        table = Table(*titles, title=chosen.capitalize(), title_justify="left", title_style="bold")
-        for row in rows():
+        table = Table(
+            listing.name, *listing.columns.values(), title=chosen.capitalize(), title_justify="left", title_style="bold"
+        )
+        for row in listing.rows():
             table.add_row(*row)
         console.print(table)
     if console.is_terminal and kind in ("environments", "all"):

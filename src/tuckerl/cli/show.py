@@ -26,20 +26,15 @@ def show(
     # Imported here, so that --help is quick.
     from tuckerl.cli.settings import parse_numbers, parse_settings, search_here
     from tuckerl.cli.warnings import short_warnings
-    from tuckerl.reports.inspect.file import FileOptions, inspect_file
+    from tuckerl.reports.inspect.file import inspect_file
     from tuckerl.reports.inspect.page import write_inspection
 
     search_here(env or "")
-    options = FileOptions(
-        None if layout is None else parse_numbers(layout, "--layout", 2),
-        None if ranks is None else parse_numbers(ranks, "--ranks", 4),
-        env,
-        parse_settings(env_settings or (), "--env-set"),
-    )
+    shape = None if layout is None else parse_numbers(layout, "--layout", 2)
+    numbers = None if ranks is None else parse_numbers(ranks, "--ranks", 4)
     with short_warnings():
-        inspection, lines = inspect_file(file, options)
+        inspection, lines = inspect_file(file, shape, numbers, env, parse_settings(env_settings or (), "--env-set"))
     name = file.resolve().parent.name if file.name == "agent.tuckerl" else file.stem
     page = write_inspection(inspection, out or Path("results") / "show" / name)
-    for line in lines:
-        typer.echo(line)
+    typer.echo("\n".join(lines))
     typer.echo(f"Page: {page}")

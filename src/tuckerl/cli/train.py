@@ -63,6 +63,5 @@ def train(
             return
         typer.echo(how_it_plays(env, training.learner), err=True)
         training.learn(checkpoint=checkpoint, progress=True)
-        for line in training_lines(training.result(evaluate)):
-            typer.echo(line)
+        typer.echo("\n".join(training_lines(training.result(evaluate))))
     typer.echo(f"Agent: {training.agent_file}")

@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TextIO
+from typing import Any
 
 import typer
 
@@ -18,16 +18,9 @@ def short_warnings(*quiet: type[Warning]) -> Iterator[None]:
     with warnings.catch_warnings():
         shown_before, shown = warnings.showwarning, set()
 
-        def show(
-            message: Warning | str,
-            category: type[Warning],
-            filename: str,
-            lineno: int,
-            file: TextIO | None = None,
-            line: str | None = None,
-        ) -> None:
+        def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
             if not issubclass(category, OWN):
-                shown_before(message, category, filename, lineno, file, line)
+                shown_before(message, category, *where, **more)
             elif str(message) not in shown:
                 shown.add(str(message))
                 typer.echo(f"tuckerl: warning: {message}", err=True)

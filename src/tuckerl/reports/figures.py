@@ -8,11 +8,11 @@ from tuckerl.reports.figure import FigureSpec
 _LISTED = (
     "tuckerl.reports.paths:PATHS",
     "tuckerl.reports.curves:CURVES",
-    "tuckerl.reports.weight_lines:WEIGHT_LINES",
-    "tuckerl.reports.weight_map:WEIGHT_MAP",
-    "tuckerl.reports.ablation_figure:ABLATION",
+    "tuckerl.reports.action_weights:WEIGHT_LINES",
+    "tuckerl.reports.action_weights:WEIGHT_MAP",
+    "tuckerl.reports.ablation:ABLATION",
     "tuckerl.reports.sensitivity_figure:SENSITIVITY",
-    "tuckerl.reports.comparison_figure:COMPARISON",
+    "tuckerl.reports.curves:COMPARISON",
 )
 
 FIGURES: tuple[FigureSpec[Any], ...] = tuple(map(load, _LISTED))

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.reports.panels import Line, Panels
+from tuckerl.reports.panels import Panels
 from tuckerl.reports.styles import PLOTLY_DASHES
+from tuckerl.studies.statistics import Band
 from tuckerl.types import FloatArray
 
 _FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
@@ -19,8 +20,8 @@ def plotly_panels(panels: Panels) -> dict[str, Any]:
     """Return a figure of two panels as in :func:`tuckerl.reports.panels.draw_panels`: ``data`` and ``layout``."""
     data: list[dict[str, Any]] = []
     for lines, axis in ((panels.totals, ""), (panels.gains, "2")):
-        for line in lines:
-            data += _traces(panels, line, axis)
+        for name, band in lines.items():
+            data += _traces(panels, name, band, axis)
     grid = {"gridcolor": "#e6e6e6", "zeroline": False, "ticks": "outside", "automargin": True}
     counts = {**grid, "tickformat": ",d"}
     measured, mode = (counts, "tozero") if panels.counts_steps else (grid, "normal")
@@ -39,13 +40,13 @@ def plotly_panels(panels: Panels) -> dict[str, Any]:
     return {"data": data, "layout": layout}
 
 
-def _traces(panels: Panels, line: Line, axis: str) -> Iterator[dict[str, Any]]:
+def _traces(panels: Panels, name: str, band: Band, axis: str) -> Iterator[dict[str, Any]]:
     """Yield a variant's band and its line; the upper panel's line carries the legend for both panels."""
-    look, episodes = panels.styles[line.variant], panels.episode.tolist()
-    shared = {"xaxis": "x", "yaxis": f"y{axis}", "legendgroup": line.variant, "type": "scatter", "mode": "lines"}
+    look, episodes = panels.styles[name], panels.episode.tolist()
+    shared = {"xaxis": "x", "yaxis": f"y{axis}", "legendgroup": name, "type": "scatter", "mode": "lines"}
     yield shared | {
         "x": episodes + episodes[::-1],
-        "y": _numbers(line.band.high) + _numbers(line.band.low)[::-1],
+        "y": _numbers(band.high) + _numbers(band.low)[::-1],
         "fill": "toself",
         "fillcolor": _transparent(look.colour, 0.16 if look.marker else 0.07),
         "line": {"width": 0},
@@ -54,8 +55,8 @@ def _traces(panels: Panels, line: Line, axis: str) -> Iterator[dict[str, Any]]:
     }
     yield shared | {
         "x": episodes,
-        "y": _numbers(line.band.mean),
-        "name": _escaped(line.variant),
+        "y": _numbers(band.mean),
+        "name": _escaped(name),
         "line": {"color": look.colour, "dash": PLOTLY_DASHES[look.dash], "width": look.width * 1.2},
         "hovertemplate": "%{y:,.0f}" if panels.counts_steps else "%{y:,.4~g}",
         "showlegend": not axis,

@@ -35,6 +35,7 @@ def rendered(template: str, **values: Any) -> str:
     for name, word in vars(text).items():
         if getattr(word, "__module__", "") == text.__name__ and not name.startswith("_"):
             environment.filters[name] = word
+    environment.filters["inlined"] = inlined
     environment.globals |= {"nan": math.nan, "confidence": round(100 * CONFIDENCE), "resamples": N_RESAMPLES}
     return environment.get_template(template).render(values)
 
@@ -71,30 +72,17 @@ def write_page(
     return folder / name
 
 
-def inlined(svg: str, name: str, alt: str) -> Markup:
-    """Return matplotlib's SVG as an element of the page: named for screen readers, its ids its own."""
+def inlined(figure: RenderedFigure) -> Markup:
+    """Return a figure's SVG as an element of the page: named for screen readers, its ids its own."""
+    svg = figure.svg.decode()
     box = re.search(r'viewBox="([^"]+)"', svg)
     body = svg[svg.index('<g id="figure_1">') : svg.rindex("</svg>")]
     body = re.sub(r"<!--.*?-->", "", body, flags=re.DOTALL)
     # Images are named by their content, so that two like colour bars have one id; nothing refers to them.
     body = re.sub(r' id="image[0-9a-f]+"', "", body)
-    body = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{name}-", body)
-    opening = Markup('<svg viewBox="{}" role="img" aria-label="{}">').format(box[1] if box else "", alt)
+    body = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{figure.name}-", body)
+    opening = Markup('<svg viewBox="{}" role="img" aria-label="{}">').format(box[1] if box else "", figure.alt)
     return opening + Markup(body) + Markup("</svg>")  # noqa: S704  # matplotlib's own output, its text turned to shapes
-
-
-def on_page(figures: Iterable[RenderedFigure]) -> list[dict[str, Any]]:
-    """Return figures as templates show them."""
-    return [
-        {
-            "name": one.name,
-            "title": one.title,
-            "caption": one.caption,
-            "svg": inlined(one.svg.decode(), one.name, one.alt),
-            "plotly": one.plotly,
-        }
-        for one in figures
-    ]
 
 
 def versions(*libraries: str) -> list[tuple[str, str]]:

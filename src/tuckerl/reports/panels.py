@@ -17,13 +17,6 @@ from tuckerl.types import IntArray
 _CONTROLS, _MAIN = 2.0, 3.0  # orders of drawing
 
 
-class Line(NamedTuple):
-    """A variant's line in one panel."""
-
-    variant: str
-    band: Band
-
-
 class Panels(NamedTuple):
     """Two panels of curves: each variant's own, and below by how much it is better than the base, the first one."""
 
@@ -41,20 +34,18 @@ class Panels(NamedTuple):
         return line_styles(self.scenario)
 
     @property
-    def totals(self) -> list[Line]:
-        """The lines of the upper panel."""
-        return [Line(curve.variant, curve.band) for curve in self.curves]
+    def totals(self) -> dict[str, Band]:
+        """The lines of the upper panel, by variant."""
+        return {curve.variant: curve.band for curve in self.curves}
 
     @property
-    def gains(self) -> list[Line]:
+    def gains(self) -> dict[str, Band]:
         """The lines of the lower panel: of the base zero throughout, of all others by how much they are better."""
         base, *others = self.curves
-        nothing = np.zeros(base.band.mean.size)
-        lines = [Line(base.variant, Band(nothing, nothing, nothing))]
+        lines = {base.variant: Band(*np.zeros((3, base.band.mean.size)))}
         for curve in others:
             mean, low, high = curve.against_base
-            band = curve.against_base if self.larger_is_better else Band(-mean, -high, -low)
-            lines.append(Line(curve.variant, band))
+            lines[curve.variant] = curve.against_base if self.larger_is_better else Band(-mean, -high, -low)
         return lines
 
 
@@ -64,26 +55,25 @@ def draw_panels(panels: Panels) -> Figure:
     upper, lower = figure.subplots(
         2, sharex=True, gridspec_kw={"left": 0.115, "right": 0.78, "top": 0.985, "bottom": 0.07, "hspace": 0.09}
     )
-    styles, (base, *gains) = panels.styles, panels.gains
+    styles, base = panels.styles, panels.curves[0].variant
+    gains = {name: band for name, band in panels.gains.items() if name != base}
     for axes, lines in ((upper, panels.totals), (lower, gains)):
-        for place, line in enumerate(lines):
-            _draw_line(axes, panels.episode, line.band, styles[line.variant], place)
+        for place, (name, band) in enumerate(lines.items()):
+            _draw_line(axes, panels.episode, band, styles[name], place)
         axes.set_xlim(0, int(panels.episode[-1]))
         axes.margins(y=0.04)
         if panels.counts_steps:
             axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: whole(value)))
     if panels.counts_steps:
         upper.set_ylim(bottom=0)
-    look = styles[base.variant]
+    look = styles[base]
     lower.axhline(0, color=look.colour, linewidth=look.width, zorder=_CONTROLS)
     upper.set_ylabel(panels.total)
     lower.set_ylabel(panels.gain, parse_math=False)
     lower.set_xlabel("episodes")
     lower.xaxis.set_major_locator(MaxNLocator(integer=True))
     for axes, lines in ((upper, panels.totals), (lower, panels.gains)):
-        label_ends(
-            axes, [EndLabel(line.variant, float(line.band.mean[-1]), styles[line.variant].colour) for line in lines]
-        )
+        label_ends(axes, [EndLabel(name, float(band.mean[-1]), styles[name].colour) for name, band in lines.items()])
     return figure
 
 

@@ -1,5 +1,6 @@
 """The paths that the variants found in one maze: the form of Figure 10."""
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
@@ -74,12 +75,8 @@ def path_words(summary: Summary, maze: Maze, path: Path) -> str:
 
 
 def _draw_panel(axes: Axes, maze: Maze, cells: list[Cell], look: LineStyle) -> None:
-    squares = [
-        [(column - 0.5, row - 0.5), (column + 0.5, row - 0.5), (column + 0.5, row + 0.5), (column - 0.5, row + 0.5)]
-        for row in range(maze.rows)
-        for column in range(maze.columns)
-        if maze.walls[row, column]
-    ]
+    square = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+    squares = np.argwhere(maze.walls)[:, np.newaxis, ::-1] + square
     axes.add_collection(PolyCollection(squares, facecolors=_WALL, edgecolors="none"), autolim=False)
     axes.plot([c for _, c in cells], [r for r, _ in cells], color=look.colour, linewidth=1.5, solid_joinstyle="round")
     ring = {"linestyle": "none", "markerfacecolor": "white", "markeredgewidth": 1.2, "zorder": 4}
@@ -89,8 +86,7 @@ def _draw_panel(axes: Axes, maze: Maze, cells: list[Cell], look: LineStyle) -> N
     axes.set_ylim(maze.rows - 0.5, -0.5)  # row 0 is at the top
     axes.set_aspect("equal")
     axes.set_xlabel("column", labelpad=1)
-    for spine in axes.spines.values():
-        spine.set_visible(True)
+    axes.spines[:].set_visible(True)
 
 
 def _title(axes: Axes, name: str, words: str) -> None:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -26,6 +27,7 @@ COLOURS = LinearSegmentedColormap.from_list("orange-blue", ["#d97f2e", "#f2c394"
 LIMITS = (0.04, 0.16, 0.36, 1.0)  # of the colour scale: the first that nine tenths of the cells keep to
 
 VERDICT_MARKERS = {"holds": "^", "does not hold": "v", "not decided": "o"}
+_EMPTY: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.75", "hatch": "////"}  # the look of a cell without one
 _ROW, _HEADER = 0.4, 1.16  # inches
 _LETTERS = 8.5  # points: 8 when the page is printed on A4, which is a little narrower than the figure
 
@@ -76,11 +78,11 @@ def _draw_panel(axes: Axes, sensitivity: Sensitivity, cells: Sequence[Cell], nor
     axes.set_xlim(-0.5, len(alternatives) - 0.5)
     axes.set_ylim(len(claims) - 0.5, -0.5)
     for cell in cells:
-        place = (alternatives.index(cell.alternative), claims.index(cell.claim.id))
-        _draw_cell(axes, cell, place, norm)
+        x, y = alternatives.index(cell.alternative), claims.index(cell.claim.id)
+        _draw_cell(axes, cell, (x, y), norm)
         if sensitivity.is_changed(cell):
             # Inside the cell: the frames of neighbours stay two.
-            corner = (alternatives.index(cell.alternative) - 0.45, claims.index(cell.claim.id) - 0.44)
+            corner = (x - 0.45, y - 0.44)
             axes.add_patch(Rectangle(corner, 0.9, 0.88, fill=False, edgecolor=BLACK, linewidth=2, zorder=4))
     axes.set_yticks(range(len(claims)), claims, fontweight="bold")
     axes.xaxis.tick_top()
@@ -89,8 +91,7 @@ def _draw_panel(axes: Axes, sensitivity: Sensitivity, cells: Sequence[Cell], nor
     )
     axes.tick_params(length=0)
     axes.tick_params(axis="x", pad=2)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.spines[:].set_visible(False)
     above = (-0.35 * 72, (_HEADER - 0.3) * 72)  # points
     axes.annotate(
         cells[0].scenario, (0, 1), above, xycoords="axes fraction", textcoords="offset points", fontweight="bold"
@@ -100,32 +101,16 @@ def _draw_panel(axes: Axes, sensitivity: Sensitivity, cells: Sequence[Cell], nor
 def _draw_cell(axes: Axes, cell: Cell, place: tuple[int, int], norm: Normalize) -> None:
     x, y = place
     difference = cell.claim.difference
-    empty = math.isnan(difference.mean)
-    axes.add_patch(
-        Rectangle(
-            (x - 0.5, y - 0.5),
-            1,
-            1,
-            facecolor="white" if empty else to_rgb(COLOURS(norm(_effect(difference)))[:3]),
-            edgecolor="0.75" if empty else "white",
-            linewidth=1.2,
-            hatch="////" if empty else None,
-        )
-    )
-    axes.text(
-        x,
-        y - 0.14,
-        cell_words(cell),
-        fontsize=_LETTERS,
-        color=BLACK,
-        horizontalalignment="center",
-        verticalalignment="center",
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0} if empty else None,
-    )
-    marker = VERDICT_MARKERS.get(cell.claim.verdict, "o")
-    face = "white" if marker == "o" else BLACK
-    if not empty:
+    look = _EMPTY
+    behind: dict[str, Any] | None = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+    if not math.isnan(difference.mean):
+        look, behind = {"facecolor": to_rgb(COLOURS(norm(_effect(difference)))[:3]), "edgecolor": "white"}, None
+        marker = VERDICT_MARKERS.get(cell.claim.verdict, "o")
+        face = "white" if marker == "o" else BLACK
         axes.plot(x, y + 0.27, marker, markersize=4.2, markerfacecolor=face, markeredgecolor=BLACK, markeredgewidth=0.8)
+    axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, linewidth=1.2, **look))
+    middle: dict[str, Any] = {"horizontalalignment": "center", "verticalalignment": "center"}
+    axes.text(x, y - 0.14, cell_words(cell), fontsize=_LETTERS, color=BLACK, bbox=behind, **middle)
 
 
 def cell_words(cell: Cell) -> str:
@@ -151,7 +136,7 @@ def _draw_keys(figure: Figure, norm: Normalize, *, with_empty: bool) -> None:
     ]
     keys.append(Patch(facecolor="white", edgecolor=BLACK, linewidth=2, label=f"verdict other than {DEFAULT}"))
     if with_empty:
-        keys.append(Patch(facecolor="white", edgecolor="0.75", hatch="////", label="no pair left"))
+        keys.append(Patch(**_EMPTY, label="no pair left"))
     figure.legend(
         handles=keys, loc="lower left", bbox_to_anchor=(0.37, 0.06 / height), ncols=3, frameon=False, handletextpad=0.5
     )

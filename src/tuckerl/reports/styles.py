@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Transform
 from scipy.optimize import isotonic_regression
 
@@ -93,6 +94,13 @@ def plot_line(axes: Axes, x: FloatArray | IntArray, y: FloatArray, look: LineSty
     """Draw a line by its look, its markers edged in white so that they show on other lines."""
     edges: dict[str, Any] = {"linewidth": look.width, "markeredgecolor": "white", "markeredgewidth": 0.6}
     axes.plot(x, y, color=look.colour, linestyle=look.dash, marker=look.marker, **edges, **more)
+
+
+def count_episodes(axes: Axes, last: int, n_ticks: int = 10) -> None:
+    """Let the axis count the episodes finished, from 0 to the last."""
+    axes.set_xlim(0, last)
+    axes.xaxis.set_major_locator(MaxNLocator(n_ticks, integer=True))
+    axes.set_xlabel("episodes finished")
 
 
 def write(axes: Axes, x: float, y: float, text: str, transform: Transform, **more: Any) -> None:

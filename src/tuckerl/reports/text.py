@@ -25,16 +25,6 @@ def whole(value: float) -> str:
     return NOTHING if math.isnan(value) else _minus(f"{value:,.0f}")
 
 
-def tenths(value: float) -> str:
-    """Return a number with one decimal; a dash where there is none."""
-    return NOTHING if math.isnan(value) else _minus(f"{value:,.1f}")
-
-
-def interval(low: float, high: float) -> str:
-    """Return "[1, 2]", or nothing where there is no interval."""
-    return "" if math.isnan(low) or math.isnan(high) else f"[{whole(low)}, {whole(high)}]"
-
-
 def seconds(value: float) -> str:
     """Return a time with a fitting unit."""
     if math.isnan(value):
@@ -51,9 +41,9 @@ def measured(value: float) -> str:
     return "0" if value == 0 else _minus(f"{value:,.{decimals}f}" if size >= 0.01 else f"{value:.2e}")
 
 
-def measured_interval(low: float, high: float) -> str:
-    """Return "[1.50, 2.00]", or nothing where there is no interval."""
-    return "" if math.isnan(low) or math.isnan(high) else f"[{measured(low)}, {measured(high)}]"
+def measured_interval(low: float, high: float, column: str = "") -> str:
+    """Return "[1.50, 2.00]", of a sum of steps "[1, 2]", or nothing where there is no interval."""
+    return "" if math.isnan(low) or math.isnan(high) else f"[{total(low, column)}, {total(high, column)}]"
 
 
 def amount(difference: Difference) -> str:
@@ -81,14 +71,9 @@ def total(value: float, column: str) -> str:
     return whole(value) if column == "steps" else measured(value)
 
 
-def total_interval(low: float, high: float, column: str) -> str:
-    """Return the interval of `total`."""
-    return interval(low, high) if column == "steps" else measured_interval(low, high)
-
-
 def mean_of(value: float, column: str) -> str:
     """Return a mean of steps with one decimal, or one of returns with about four figures."""
-    return tenths(value) if column == "steps" else measured(value)
+    return _minus(f"{value:,.1f}") if column == "steps" and not math.isnan(value) else measured(value)
 
 
 def signed(value: float) -> str:

@@ -34,6 +34,10 @@ class Ablation(NamedTuple):
     scenario: Scenario
     steps: tuple[AblationStep, ...]
 
+    def variant_of(self, step: AblationStep) -> Variant:
+        """Return the variant that a step leads to."""
+        return next(variant for variant in self.scenario.variants if variant.name == step.variant)
+
 
 def ablation_study(study: Study, n_runs: int = N_RUNS) -> Study:
     """Return the small study behind the ablations of `study`, on the same seeds."""

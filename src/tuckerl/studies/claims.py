@@ -9,7 +9,7 @@ import polars as pl
 
 from tuckerl.studies.runner import StudyTables
 from tuckerl.studies.scenarios import SCENARIOS
-from tuckerl.studies.statistics import NO_DIFFERENCE, Difference, compare_with_control, json_number
+from tuckerl.studies.statistics import NO_DIFFERENCE, Difference, compare_with_control, json_number, json_numbers
 from tuckerl.studies.study import Scenario, Study
 
 MOST_TIME = 1.5  # times the base's processor time is no big computational load
@@ -34,12 +34,8 @@ class Claim(NamedTuple):
             "id": self.id,
             "claim": self.claim,
             "verdict": self.verdict,
-            "difference": json_number(self.difference.mean),
-            "low": json_number(self.difference.low),
-            "high": json_number(self.difference.high),
-            "control_difference": json_number(self.control.mean),
-            "control_low": json_number(self.control.low),
-            "control_high": json_number(self.control.high),
+            **json_numbers(self.difference, "difference", "low", "high"),
+            **json_numbers(self.control, "control_difference", "control_low", "control_high"),
             "runs": self.runs,
         }
         if self.ratio is not None:

@@ -93,6 +93,9 @@ def comparison_study(config: ComparisonConfig) -> ComparisonStudy:
     sides = [_side(config, *pair, problem) for pair in zip(algorithms, settings, strict=True)]
     base, candidate = _with_two_names(sides[0].variant, sides[1].variant)
     control, no_control = _control(*sides)
+    has_default_ranks = any(
+        one.is_t_version and "ranks" not in own for one, own in zip(algorithms, settings, strict=True)
+    )
     label = _label(config.environment, config.keywords)
     claim, control_name = f"{candidate.name} does better than {base.name}", control.name if control else ""
     scenario = Scenario(
@@ -108,7 +111,7 @@ def comparison_study(config: ComparisonConfig) -> ComparisonStudy:
         variants=(base, candidate, *([control] if control else [])),
         measure=config.measure,
         comparisons=(Comparison("", claim, config.measure, base.name, candidate.name, control_name),),
-        assumptions=tuple(_RANKS for side in sides if side.has_default_ranks)[:1],
+        assumptions=(_RANKS,) if has_default_ranks else (),
         environment=environment_specification(config.environment, config.keywords),
     )
     return ComparisonStudy(config, Study((scenario,), config.seed), no_control)
@@ -124,7 +127,6 @@ class _Side(NamedTuple):
     variant: Variant
     algorithm: AlgorithmConfig
     n_agents: int
-    has_default_ranks: bool
 
 
 def _check_numbers(config: ComparisonConfig, algorithms: tuple[Algorithm, Algorithm]) -> None:
@@ -175,11 +177,11 @@ def _side(config: ComparisonConfig, algorithm: Algorithm, settings: Mapping[str,
     sizes = (learner.problem.n_states, learner.problem.n_actions)
     step = tensor_step(algorithm, sizes, of_step)
     of_both = AlgorithmConfig(config.base, config.candidate, algorithm.learner, parameters, step, sizes[1])
-    if not algorithm.is_t_version:
-        return _Side(Variant(algorithm.name, algorithm.learner, parameters, 1, None), of_both, learner.n_agents, False)
-    name = f"{algorithm.name}-{n_agents}" + ("" if step.share == algorithm.share else f"-{step.share}")
-    made = Variant(name, algorithm.learner, parameters, n_agents, step)
-    return _Side(made, of_both, learner.n_agents, "ranks" not in of_step)
+    made = Variant(algorithm.name, algorithm.learner, parameters, n_agents, None)
+    if algorithm.is_t_version:
+        share = "" if step.share == algorithm.share else f"-{step.share}"
+        made = replace(made, name=f"{algorithm.name}-{n_agents}{share}", tensor_step=step)
+    return _Side(made, of_both, learner.n_agents)
 
 
 def _with_two_names(base: Variant, candidate: Variant) -> tuple[Variant, Variant]:

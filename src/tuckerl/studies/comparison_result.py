@@ -14,10 +14,10 @@ from tuckerl.studies.statistics import (
     Measure,
     compare_with_control,
     finite_values,
-    json_number,
+    json_numbers,
     mean_band,
 )
-from tuckerl.studies.summary import Curve, Samples, finite_runs, mean_seconds, paired_curves
+from tuckerl.studies.summary import Curve, Samples, mean_seconds, paired_curves, samples_of
 from tuckerl.types import FloatArray, IntArray
 
 MOST_POINTS = 100  # of a curve: with more episodes, each point is the mean of several
@@ -37,7 +37,7 @@ class Estimate(NamedTuple):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the variant's entry in ``compare.json``."""
-        numbers = {name: json_number(getattr(self, name)) for name in ("mean", "low", "high")}
+        numbers = json_numbers(self[1:4], "mean", "low", "high")
         return {"variant": self.variant} | numbers | {"runs": self.n_runs, "diverged": self.n_diverged}
 
 
@@ -73,13 +73,9 @@ class ComparisonResult(NamedTuple):
             "larger_is_better": self.measure.larger_is_better,
             "verdict": self.verdict,
             "relative": self.difference.relative,
-            "difference": json_number(self.difference.mean),
-            "low": json_number(self.difference.low),
-            "high": json_number(self.difference.high),
+            **json_numbers(self.difference, "difference", "low", "high"),
             "control": comparison.control or None,
-            "control_difference": json_number(self.control.mean),
-            "control_low": json_number(self.control.low),
-            "control_high": json_number(self.control.high),
+            **json_numbers(self.control, "control_difference", "control_low", "control_high"),
             "no_control": self.study.no_control or None,
             "runs": self.difference.n_pairs,
             "diverged": self.difference.n_diverged,
@@ -97,7 +93,8 @@ def summarise_comparison(study: ComparisonStudy, tables: StudyTables) -> Compari
     per_point = math.ceil(config.n_episodes / MOST_POINTS)
     names = [variant.name for variant in study.scenario.variants]
     samples = {
-        name: _by_points(tables.runs.filter(pl.col("variant") == name), measure.column, per_point) for name in names
+        name: _by_points(samples_of(tables.runs.filter(pl.col("variant") == name), measure.column), per_point)
+        for name in names
     }
     seconds = mean_seconds(tables.times)
     estimates = (
@@ -108,20 +105,15 @@ def summarise_comparison(study: ComparisonStudy, tables: StudyTables) -> Compari
     return ComparisonResult(study, difference, control, tuple(estimates), episode, paired_curves(samples))
 
 
-def _by_points(runs: pl.DataFrame, column: str, per_point: int) -> Samples:
-    """Return the mean over a variant's agents, and over as many episodes as one point stands for."""
-    finite, kept, n_diverged = finite_runs(runs)
-    n_episodes = int(runs["episode"].max() or 0) + 1  # type: ignore[arg-type]  # an integer column
-    ordered = finite.sort("run", "episode", "agent")[column].to_numpy().astype(np.float64)
-    by_episode = ordered.reshape(kept.len(), n_episodes, -1).mean(axis=2) if kept.len() else np.zeros((0, n_episodes))
+def _by_points(samples: Samples, per_point: int) -> Samples:
+    """Return the means over as many episodes as one point stands for."""
+    n_episodes = samples.values.shape[1]
     starts = np.arange(0, n_episodes, per_point)
-    sums = np.add.reduceat(by_episode, starts, axis=1)
-    return Samples(kept.to_numpy(), sums / np.diff([*starts, n_episodes]), n_diverged)
+    sums = np.add.reduceat(samples.values, starts, axis=1)
+    return samples._replace(values=sums / np.diff([*starts, n_episodes]))
 
 
 def _estimate(name: str, values: FloatArray, n_diverged: int, seconds: float) -> Estimate:
-    if values.size == 0:
-        return Estimate(name, math.nan, math.nan, math.nan, 0, n_diverged, seconds)
     mean, low, high = (float(bound[0]) for bound in mean_band(values[:, np.newaxis]))
     if values.size < 2:
         low = high = math.nan

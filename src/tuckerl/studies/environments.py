@@ -73,9 +73,8 @@ def environment_specification(name: str, keywords: Mapping[str, Any]) -> dict[st
 
 
 class ListedEnvironment(NamedTuple):
-    """An environment and how it is played."""
+    """How an environment is played, and what it is."""
 
-    name: str
     how: str
     title: str
 
@@ -84,11 +83,11 @@ _BINNED = f"{PythonProblem.how_played}, its observations put into bins"
 _TEAM = "{}, for a team (team-q, team-tq); {}, where each agent learns by itself"
 
 
-def listed_environments() -> list[ListedEnvironment]:
+def listed_environments() -> dict[str, ListedEnvironment]:
     """Return this library's environments, and those of Gymnasium that can be played with what is installed."""
-    own = [ListedEnvironment(name, as_problem(name).how_played, _title(entry)) for name, entry in ENVIRONMENTS.items()]
-    teams = [ListedEnvironment(name, _how_teams(name), _title(entry)) for name, entry in PARALLEL_ENVIRONMENTS.items()]
-    return [*own, *teams, *(one for name in _light_ids() if (one := _of_gymnasium(name)))]
+    own = {name: ListedEnvironment(as_problem(name).how_played, _title(entry)) for name, entry in ENVIRONMENTS.items()}
+    teams = {name: ListedEnvironment(_how_teams(name), _title(entry)) for name, entry in PARALLEL_ENVIRONMENTS.items()}
+    return own | teams | {name: ListedEnvironment(how, "Gymnasium") for name in _light_ids() if (how := _how(name))}
 
 
 def _how_teams(name: str) -> str:
@@ -101,30 +100,22 @@ def _how_teams(name: str) -> str:
 def _light_ids() -> list[str]:
     """Return the latest version of each id of Gymnasium's toy text and classic control."""
     homes = ("gymnasium.envs.toy_text.", "gymnasium.envs.classic_control.")
-    latest: dict[str, gymnasium.envs.registration.EnvSpec] = {}
-    for spec in gymnasium.registry.values():
-        if str(spec.entry_point).startswith(homes):
-            known = latest.get(spec.name)
-            if known is None or (spec.version or 0) > (known.version or 0):
-                latest[spec.name] = spec
+    light = [spec for spec in gymnasium.registry.values() if str(spec.entry_point).startswith(homes)]
+    latest = {spec.name: spec for spec in sorted(light, key=lambda spec: spec.version or 0)}
     ordered = sorted(latest.values(), key=lambda spec: (not str(spec.entry_point).startswith(homes[0]), spec.name))
     return [spec.id for spec in ordered]
 
 
-def _of_gymnasium(name: str) -> ListedEnvironment | None:
-    """Return how an environment is played; None where it cannot be made, or has continuous actions."""
+def _how(name: str) -> str:
+    """Return how an environment is played; "" where it cannot be made, or has continuous actions."""
     try:
         env: Any = make_environment(name)
     except ProblemError:  # it needs what is not installed
-        return None
-    try:
-        if isinstance(env.action_space, spaces.Box):
-            return None
-        if isinstance(env.observation_space, spaces.Box):
-            return ListedEnvironment(name, _BINNED, "Gymnasium")
-    finally:
-        env.close()
-    return ListedEnvironment(name, as_problem(name).how_played, "Gymnasium")
+        return ""
+    env.close()
+    if isinstance(env.action_space, spaces.Box):
+        return ""
+    return _BINNED if isinstance(env.observation_space, spaces.Box) else as_problem(name).how_played
 
 
 def _title(entry: Mapping[str, object]) -> str:

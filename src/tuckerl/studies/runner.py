@@ -210,22 +210,10 @@ def _frame(kind: str, key: dict[str, Any], **columns: Any) -> pl.DataFrame:
 
 
 def _runs_frame(key: dict[str, Any], learner: Learner, n_episodes: int) -> pl.DataFrame:
-    finished, n_agents = learner.steps.shape
-    steps = np.full((n_agents, n_episodes), -1, dtype=np.int64)
-    returns = np.full((n_agents, n_episodes), np.nan)
-    steps[:, :finished], returns[:, :finished] = learner.steps.T, learner.returns.T
-    agent, episode = np.indices((n_agents, n_episodes))
-    frame = _frame(
-        "runs",
-        key,
-        agent=agent.ravel(),
-        episode=episode.ravel(),
-        steps=steps.ravel(),
-        diverged=(episode >= finished).ravel(),
-        **{"return": returns.ravel()},
-    )
-    kept = ~pl.col("diverged")
-    return frame.with_columns(steps=pl.when(kept).then("steps"), **{"return": pl.when(kept).then("return")})
+    agent, episode = np.indices((learner.n_agents, n_episodes)).reshape(2, -1)
+    wanted = pl.DataFrame({"agent": agent, "episode": episode})
+    played = wanted.join(learner.to_frame(), on=["agent", "episode"], how="left", maintain_order="left")
+    return _frame("runs", key, **played.with_columns(diverged=pl.col("steps").is_null()).to_dict())
 
 
 def _weights_frame(key: dict[str, Any], learner: Learner) -> pl.DataFrame:
@@ -243,11 +231,5 @@ def _weights_frame(key: dict[str, Any], learner: Learner) -> pl.DataFrame:
 
 
 def _paths_frame(key: dict[str, Any], paths: list[IntArray]) -> pl.DataFrame:
-    none = np.zeros(0, dtype=np.int64)
-    return _frame(
-        "paths",
-        key,
-        agent=np.concatenate([none, *(np.full(path.size, agent) for agent, path in enumerate(paths))]),
-        step=np.concatenate([none, *(np.arange(path.size) for path in paths)]),
-        state=np.concatenate([none, *paths]),
-    )
+    rows = [(agent, step, state) for agent, path in enumerate(paths) for step, state in enumerate(path.tolist())]
+    return _frame("paths", key, **pl.DataFrame(rows, ("agent", "step", "state"), orient="row").to_dict())

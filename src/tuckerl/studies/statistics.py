@@ -73,6 +73,11 @@ def json_number(value: float) -> float | None:
     return None if math.isnan(value) else value
 
 
+def json_numbers(values: tuple[float, ...], *names: str) -> dict[str, float | None]:
+    """Return the first numbers of a tuple by these names, as JSON has them."""
+    return dict(zip(names, map(json_number, values), strict=False))
+
+
 def pair_values(runs: pl.DataFrame, variant: str, measure: Measure) -> pl.DataFrame:
     """Return one row for each pair of a variant: its columns, `value` and `diverged`."""
     pair = list(measure.pair)
@@ -164,9 +169,9 @@ class Band(NamedTuple):
 
 
 def mean_band(samples: FloatArray) -> Band:
-    """Return the band of (n, T) samples: n runs of a series of length T."""
+    """Return the band of (n, T) samples: n runs of a series of length T; NaN where there are none."""
     n = samples.shape[0]
-    mean = samples.mean(axis=0)
+    mean = samples.mean(axis=0) if n else np.full(samples.shape[1], np.nan)
     if n < 2:
         return Band(mean, mean, mean)
     half = stats.t.ppf(0.5 + CONFIDENCE / 2, n - 1) * samples.std(axis=0, ddof=1) / math.sqrt(n)

@@ -130,10 +130,8 @@ class Store:
 
     def _sorted(self, frame: pl.DataFrame) -> pl.DataFrame:
         order = [(s.name, v.name) for s in self.study.scenarios for v in s.variants]
-        places = pl.DataFrame(
-            {"scenario": [s for s, _ in order], "variant": [v for _, v in order], "place": range(len(order))},
-            schema={"scenario": pl.String, "variant": pl.String, "place": pl.Int32},
-        )
+        schema = {"scenario": pl.String, "variant": pl.String}
+        places = pl.DataFrame(order, schema, orient="row").with_row_index("place")
         within = [c for c in ("instance", "run", "agent", "episode", "step", "action") if c in frame.columns]
         return frame.join(places, on=["scenario", "variant"], how="left").sort("place", *within).drop("place")
 

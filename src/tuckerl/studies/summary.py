@@ -67,11 +67,12 @@ def _summary(scenario: Scenario, tables: StudyTables) -> Summary:
     measured = pl.col(measure.column)
     best = measured.max() if measure.larger_is_better else measured.min()
     best_episodes = runs.group_by("variant", "instance", "run", "agent").agg(best).group_by("variant")
-    courses = (_weight_course(name, weights.filter(pl.col("variant") == name)) for name in names)
+    samples = {name: samples_of(runs.filter(pl.col("variant") == name), measure.column) for name in names}
+    weighted = set(weights["variant"])
     return Summary(
         scenario,
-        paired_curves({name: _cumulated(runs.filter(pl.col("variant") == name), measure.column) for name in names}),
-        tuple(course for course in courses if course is not None),
+        paired_curves({name: own._replace(values=own.values.cumsum(axis=1)) for name, own in samples.items()}),
+        tuple(_weight_course(name, weights.filter(pl.col("variant") == name)) for name in names if name in weighted),
         tuple(_path(name, paths.filter(pl.col("variant") == name)) for name in scenario.record_paths_of),
         dict(best_episodes.agg(measured.mean().fill_null(np.nan)).iter_rows()),
         mean_seconds(times),
@@ -98,53 +99,36 @@ def paired_curves(samples: Mapping[str, Samples]) -> tuple[Curve, ...]:
     for name, own in samples.items():
         _, here, there = np.intersect1d(own.runs, base.runs, return_indices=True)
         paired = own.values[here] - base.values[there]
-        curves.append(Curve(name, _band(own.values), _band(paired), own.runs.size, own.n_diverged))
+        curves.append(Curve(name, mean_band(own.values), mean_band(paired), own.runs.size, own.n_diverged))
     return tuple(curves)
 
 
-def finite_runs(runs: pl.DataFrame) -> tuple[pl.DataFrame, pl.Series, int]:
-    """Return the rows of a variant's runs that did not diverge, the numbers of these, and how many others there are."""
+def samples_of(runs: pl.DataFrame, column: str) -> Samples:
+    """Return a variant's steps or returns in each episode of its runs: agents averaged, summed over instances."""
     by_run = runs.group_by("run").agg(pl.col("diverged").any())
     kept = by_run.filter(~pl.col("diverged"))["run"].sort()
-    return runs.filter(pl.col("run").is_in(kept.implode())), kept, by_run.height - kept.len()
-
-
-def _cumulated(runs: pl.DataFrame, column: str) -> Samples:
-    """Return the steps or returns cumulated over episodes: agents averaged, summed over instances."""
-    finite, kept, n_diverged = finite_runs(runs)
     cells = (
-        finite.group_by("instance", "run", "episode")
+        runs.filter(pl.col("run").is_in(kept.implode()))
+        .group_by("instance", "run", "episode")
         .agg(pl.col(column).mean())
         .group_by("run", "episode")
         .agg(pl.col(column).sum())
         .sort("run", "episode")
     )
     n_episodes = int(runs["episode"].max() or 0) + 1  # type: ignore[arg-type]  # an integer column
-    values = cells[column].to_numpy().reshape(-1, n_episodes).cumsum(axis=1)
-    return Samples(kept.to_numpy(), values, n_diverged)
+    return Samples(kept.to_numpy(), cells[column].to_numpy().reshape(-1, n_episodes), by_run.height - kept.len())
 
 
-def _band(samples: FloatArray) -> Band:
-    if samples.shape[0] == 0:
-        nothing = np.full(samples.shape[1], np.nan)
-        return Band(nothing, nothing, nothing)
-    return mean_band(samples)
-
-
-def _weight_course(variant: str, weights: pl.DataFrame) -> WeightCourse | None:
-    if weights.is_empty():
-        return None
+def _weight_course(variant: str, weights: pl.DataFrame) -> WeightCourse:
     episode = weights["episode"].unique().sort().to_numpy()
     n_actions = int(weights["action"].max()) + 1  # type: ignore[arg-type]  # an integer column
     complete = weights.filter(pl.len().over("instance", "run") == episode.size * n_actions)
     samples = complete.sort("instance", "run", "episode", "action")["weight"].to_numpy()
     cube = samples.reshape(-1, episode.size, n_actions)
-    return WeightCourse(variant, episode, tuple(_band(cube[:, :, action]) for action in range(n_actions)))
+    return WeightCourse(variant, episode, tuple(mean_band(cube[:, :, action]) for action in range(n_actions)))
 
 
 def _path(variant: str, paths: pl.DataFrame) -> Path:
     lengths = paths.group_by("agent").len().sort("len", "agent")
-    if lengths.is_empty():
-        return Path(variant, np.zeros(0, dtype=np.int64))
-    best = paths.filter(pl.col("agent") == lengths["agent"][0]).sort("step")
+    best = paths.join(lengths.head(1), on="agent", how="semi").sort("step")
     return Path(variant, best["state"].to_numpy())

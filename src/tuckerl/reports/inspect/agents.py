@@ -6,23 +6,13 @@ import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from tuckerl.reports.figure import WIDTH, FigureSpec
-from tuckerl.reports.inspect.cells import (
-    colour_bar,
-    draw_cells,
-    key_of_cells,
-    label_cells,
-    legend_below,
-    room_for,
-    scale,
-    sequential,
-    where,
-)
+from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
+from tuckerl.reports.inspect import cells
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE
 from tuckerl.reports.text import counted, joined, number
 from tuckerl.studies.figure_text import FigureText
-from tuckerl.types import FloatArray, IntArray
+from tuckerl.types import FloatArray
 
 _MOST_AGENTS = 20  # of a matrix
 _NUMBERED = 8
@@ -39,10 +29,9 @@ class Differences(NamedTuple):
 
 def differences(inspection: Inspection) -> Differences:
     """Compare the agents' tables."""
-    best = np.where(inspection.walls, NO_PREFERENCE, greedy(inspection.q, inspection.allowed))
+    best, known = inspection.best, inspection.known
     prefers = best != NO_PREFERENCE
     others = np.where(prefers[0], ((best != best[0]) & prefers).sum(axis=0), np.nan)
-    known = np.where(prefers, values(inspection.q, inspection.allowed), np.nan)
     several = prefers.sum(axis=0) > 1
     spread = np.full(inspection.n_states, np.nan)
     spread[several] = np.nanmax(known[:, several], axis=0) - np.nanmin(known[:, several], axis=0)
@@ -67,28 +56,33 @@ def draw_agents(inspection: Inspection) -> Figure:
 
 def _draw_maps(inspection: Inspection, layout: tuple[int, int]) -> Figure:
     found = differences(inspection)
-    room = room_for(layout, width=(WIDTH - 0.62 - 2.3) / 2)
-    below = 0.78
-    height = room.height + 0.36 + below
-    figure = Figure(figsize=(WIDTH, height))
+    room = cells.room_for(layout, width=(WIDTH - 0.62 - 2.3) / 2)
+    figure = Figure(figsize=(WIDTH, room.height + cells.ABOVE + cells.BELOW))
     n_others = inspection.n_agents - 1
     panels = (
-        (found.others, Normalize(0, n_others), "agents with another greedy action", "agents"),
-        (found.spread, scale(np.append(found.spread, 0.0)), "spread of the state values", "spread"),
+        (
+            found.others,
+            Normalize(0, n_others),
+            "agents with another greedy action",
+            "agents",
+            "agent 0 prefers nothing",
+        ),
+        (
+            found.spread,
+            cells.scale(np.append(found.spread, 0.0)),
+            "spread of the state values",
+            "spread",
+            "not compared",
+        ),
     )
-    left = 0.62
-    for place, (shown, norm, title, label) in enumerate(panels):
-        axes = figure.add_axes((left / WIDTH, below / height, room.width / WIDTH, room.height / height))
-        colours = draw_cells(axes, shown, layout, inspection.walls, norm, room)
-        label_cells(axes)
+    for place, (shown, norm, title, label, empty) in enumerate(panels):
+        left = 0.62 + place * max(room.width + 1.2, 2.9)
+        axes = panel(figure, left, cells.BELOW, room.width, room.height)
+        colours = cells.draw_cells(axes, shown, layout, inspection.walls, norm, room)
         axes.set_title(title, loc="left")
         ticks = [float(count) for count in range(n_others + 1)] if place == 0 and n_others <= _LISTED else None
-        colour_bar(axes, colours, label, ticks)
-        key = key_of_cells(
-            inspection.walls, np.isnan(shown), "agent 0 prefers nothing" if place == 0 else "not compared"
-        )
-        legend_below(axes, room, key, 2)
-        left += max(room.width + 1.2, 2.9)
+        cells.colour_bar(axes, colours, label, ticks)
+        cells.legend_below(axes, room, cells.key_of_cells(inspection.walls, np.isnan(shown), empty), 2)
     return figure
 
 
@@ -96,31 +90,25 @@ def _draw_matrix(inspection: Inspection) -> Figure:
     agreement = differences(inspection).agreement[:_MOST_AGENTS, :_MOST_AGENTS]
     n = len(agreement)
     side = min(4.5, max(1.2, 0.45 * n))
-    height = side + 0.9
-    figure = Figure(figsize=(WIDTH, height))
-    axes = figure.add_axes((0.62 / WIDTH, 0.5 / height, side / WIDTH, side / height))
-    norm = Normalize(0, 1)
-    image = axes.imshow(np.ma.masked_invalid(agreement), cmap=sequential(), norm=norm, interpolation="none")
-    if n <= _NUMBERED:
-        for row, column in np.argwhere(np.isfinite(agreement)):
-            part = agreement[row, column]
-            text = "100 %" if part == 1 else f"{min(100 * part, 99):.0f} %"
-            shade = "white" if part < 0.35 else "black"
-            axes.text(column, row, text, color=shade, fontsize=8, horizontalalignment="center", va="center")
+    figure, axes = panel_figure(0.62, 0.5, side, side, 0.4)
+    words = _whole_percent if n <= _NUMBERED else None
+    image = cells.draw_table(axes, agreement, Normalize(0, 1), list(map(str, range(n))), words=words)
     axes.set_xticks(range(n))
-    axes.set_yticks(range(n))
-    axes.tick_params(length=0)
     axes.set_xlabel("agent")
     axes.set_ylabel("agent")
     axes.set_title("states with the same greedy action", loc="left")
     if n > _NUMBERED:
-        colour_bar(axes, image, "part of the states")
+        cells.colour_bar(axes, image, "part of the states")
     return figure
+
+
+def _whole_percent(part: float) -> str:
+    return "100 %" if part == 1 else f"{min(100 * part, 99):.0f} %"
 
 
 def _pairs(inspection: Inspection) -> list[str]:
     """Return for each agent but the first in how many states its greedy action is another than agent 0's."""
-    best: IntArray = np.where(inspection.walls, NO_PREFERENCE, greedy(inspection.q, inspection.allowed))
+    best = inspection.best
     words = []
     for agent in range(1, min(inspection.n_agents, _LISTED + 1)):
         both = (best[0] != NO_PREFERENCE) & (best[agent] != NO_PREFERENCE)
@@ -138,7 +126,9 @@ def _caption(inspection: Inspection) -> str:
     ]
     if np.isfinite(spread).any():
         state = int(np.nanargmax(spread))
-        words.append(f"Their state values differ most in {where(state, inspection.layout)}, by {number(spread[state])}")
+        words.append(
+            f"Their state values differ most in {cells.where(state, inspection.layout)}, by {number(spread[state])}"
+        )
     if inspection.layout is None and inspection.n_agents > _MOST_AGENTS:
         words.append(f"Only the first {_MOST_AGENTS} agents are drawn")
     return ". ".join(words) + "."

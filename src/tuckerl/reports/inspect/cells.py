@@ -1,8 +1,8 @@
 """Grids whose cells are states: how large they are drawn, in which colours, and what the colours mean."""
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -11,17 +11,19 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.problems.parts import Layout
-from tuckerl.reports.figure import WIDTH
+from tuckerl.reports.figure import WIDTH, panel, panel_figure
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 WALL = "0.12"
 NOTHING = "1.0"  # of cells without a number
 FRAME = "0.25"
 
+BELOW, ABOVE = 0.78, 0.36  # inches under a grid and over it
 _LEFT, _RIGHT = 0.62, 0.98  # inches beside a panel: its labels, its colour bar
 _TALLEST = 7.0
 _LARGEST_CELL = 0.46
@@ -69,13 +71,10 @@ def room_for(layout: Layout, width: float = WIDTH - _LEFT - _RIGHT, height: floa
     return Room(across, down, 72 * across / columns, 72 * down / rows)
 
 
-def grid_figure(layout: Layout, below: float = 0.78) -> tuple[Figure, Axes, Room]:
-    """Return a figure with one grid's axes and `below` inches for what stands under it."""
+def grid_figure(layout: Layout) -> tuple[Figure, Axes, Room]:
+    """Return a figure with one grid's axes and space for what stands under it."""
     room = room_for(layout)
-    height = room.height + 0.36 + below
-    figure = Figure(figsize=(WIDTH, height))
-    axes = figure.add_axes((_LEFT / WIDTH, below / height, room.width / WIDTH, room.height / height))
-    return figure, axes, room
+    return *panel_figure(_LEFT, BELOW, room.width, room.height, ABOVE), room
 
 
 def draw_cells(
@@ -103,22 +102,45 @@ def draw_cells(
     axes.set_ylim(rows - 0.5, -0.5)
     axes.set_xticks(counting_ticks(columns))
     axes.set_yticks(counting_ticks(rows))
+    axes.set_xlabel("column", labelpad=2)
+    axes.set_ylabel("row", labelpad=2)
     axes.tick_params(length=2)
-    for spine in axes.spines.values():
-        spine.set(visible=True, color=FRAME)
+    axes.spines[:].set(visible=True, color=FRAME)
     return colours
+
+
+def draw_table(
+    axes: Axes,
+    values: FloatArray,
+    norm: Normalize,
+    names: Sequence[str] | None = None,
+    *,
+    most: int = 45,
+    words: Callable[[float], str] | None = None,
+    **more: Any,
+) -> AxesImage:
+    """Colour a rectangle of numbers, white where there is none.
+
+    `names` stand beside the rows, or beside some of them where there are more than `most`; `words` in the cells.
+    """
+    look: dict[str, Any] = {"cmap": sequential(), "norm": norm, "interpolation": "none", "aspect": "auto"}
+    image = axes.imshow(np.ma.masked_invalid(values), **look, **more)
+    axes.tick_params(length=0)
+    if names is not None:
+        every = -(-len(names) // most)
+        axes.set_yticks(range(0, len(names), every), names[::every], parse_math=False)
+    if words is not None:
+        for row, column in np.argwhere(np.isfinite(values)):
+            shade = "white" if norm(values[row, column]) < 0.35 else "black"
+            place: dict[str, Any] = {"horizontalalignment": "center", "verticalalignment": "center_baseline"}
+            axes.text(column, row, words(values[row, column]), color=shade, fontsize=8, **place)
+    return image
 
 
 def counting_ticks(n: int) -> IntArray:
     """Return the numbers of some of `n` things, counted from 0: round ones, at most ten."""
     step = next(round_ * 10**power for power in range(12) for round_ in (1, 2, 5) if n <= 10 * round_ * 10**power)
     return np.arange(0, n, step)
-
-
-def label_cells(axes: Axes) -> None:
-    """Say what the axes of a grid count."""
-    axes.set_xlabel("column", labelpad=2)
-    axes.set_ylabel("row", labelpad=2)
 
 
 def colour_bar(
@@ -131,7 +153,7 @@ def colour_bar(
     box = axes.get_position()
     width, height = figure.get_size_inches()
     tall = min(max(box.height * height, least), 3.2)
-    place = figure.add_axes((box.x1 + 0.12 / width, box.y1 - tall / height, 0.13 / width, tall / height))
+    place = panel(figure, box.x1 * width + 0.12, box.y1 * height - tall, 0.13, tall)
     bar = figure.colorbar(colours, cax=place, ticks=ticks)
     if ticks is None:
         bar.locator = MaxNLocator(max(1, min(6, math.floor(tall / 0.3))))

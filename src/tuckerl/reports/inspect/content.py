@@ -9,6 +9,8 @@ from tuckerl.errors import ProblemError
 from tuckerl.generalization.loadings import EPISODES, Loadings
 from tuckerl.generalization.step import TensorStepHistory
 from tuckerl.problems.parts import Layout, check_layout
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
+from tuckerl.reports.text import joined
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 
@@ -55,6 +57,26 @@ class Inspection(NamedTuple):
     def allowed(self) -> BoolArray:
         """Where an action may be taken, (N, S, A); not to be changed."""
         return np.broadcast_to(np.True_, self.q.shape) if self.action_mask is None else self.action_mask
+
+    @property
+    def best(self) -> IntArray:
+        """The agents' greedy actions, (N, S); NO_PREFERENCE where an agent prefers none or nobody can stand."""
+        return np.where(self.walls, NO_PREFERENCE, greedy(self.q, self.allowed))
+
+    @property
+    def known(self) -> FloatArray:
+        """The agents' state values, (N, S); NaN where an agent prefers nothing or nobody can stand."""
+        return np.where(self.walls, np.nan, values(self.q, self.allowed))
+
+    @property
+    def counts(self) -> IntArray:
+        """In how many states each action is agent 0's greedy one, (A,)."""
+        return np.bincount(self.best[0][self.best[0] != NO_PREFERENCE], minlength=self.n_actions)
+
+    def commonest(self, most: int) -> str:
+        """Return in words in how many states agent 0's commonest greedy actions are greedy."""
+        order = np.argsort(-self.counts, kind="stable")[:most]
+        return joined(f"{self.action_names[one]} in {self.counts[one]:,}" for one in order if self.counts[one])
 
     @property
     def decomposed(self) -> Loadings:

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tuckerl.reports.figure import WIDTH, FigureSpec
+from tuckerl.reports.figure import WIDTH, FigureSpec, panel
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.styles import BLUE
 from tuckerl.reports.text import counted, number
@@ -35,9 +35,7 @@ def draw_curve(inspection: Inspection) -> Figure:
     figure = Figure(figsize=(WIDTH, height))
     panels = ((inspection.steps.astype(np.float64), "steps"), (inspection.returns, "return (undiscounted)"))
     for place, (values, label) in enumerate(panels):
-        left = 0.62 + 3.6 * place
-        axes = figure.add_axes((left / WIDTH, 0.46 / height, 2.82 / WIDTH, (height - 1.0) / height))
-        _draw_panel(axes, values, label)
+        _draw_panel(panel(figure, 0.62 + 3.6 * place, 0.46, 2.82, height - 1.0), values, label)
     handles, labels = figure.axes[0].get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="upper left", bbox_to_anchor=(0.55 / WIDTH, 1.0), ncols=3, frameon=False, borderpad=0.2

@@ -8,12 +8,12 @@ from tuckerl.reports.figure import FigureSpec
 _LISTED = (
     "tuckerl.reports.inspect.curve:CURVE",
     "tuckerl.reports.inspect.policy:POLICY",
-    "tuckerl.reports.inspect.plain:PLAIN",
+    "tuckerl.reports.inspect.policy:PLAIN",
     "tuckerl.reports.inspect.agents:AGENTS",
-    "tuckerl.reports.inspect.weights:WEIGHTS",
+    "tuckerl.reports.inspect.windows:WEIGHTS",
     "tuckerl.reports.inspect.windows:COPIED",
     "tuckerl.reports.inspect.windows:FIT",
-    "tuckerl.reports.inspect.state_loadings:STATE_LOADINGS",
+    "tuckerl.reports.inspect.loadings:STATE_LOADINGS",
     "tuckerl.reports.inspect.loadings:LOADINGS",
 )
 

@@ -1,7 +1,6 @@
 """The greedy policy of a table, and where an action's name points."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,14 +12,6 @@ _VERTICAL = {"up": -1, "north": -1, "down": 1, "south": 1}
 _HORIZONTAL = {"left": -1, "west": -1, "right": 1, "east": 1}
 _ARROWS = {"↑": (-1, 0), "↓": (1, 0), "←": (0, -1), "→": (0, 1)}
 _FILLERS = {"move", "go", "step", "push", "accelerate", "walk", "to", "the"}
-
-
-class ArrowField(NamedTuple):
-    """The greedy policy of S states, as arrows over a grid whose row 0 is at the top."""
-
-    action: IntArray  # (S,) NO_PREFERENCE where no action is better than another
-    down: IntArray  # (S,) -1, 0 or 1 rows
-    right: IntArray  # (S,) -1, 0 or 1 columns
 
 
 def direction(name: str) -> tuple[int, int] | None:
@@ -73,9 +64,11 @@ def shares_first_place(q: FloatArray, action_mask: BoolArray | np.bool_ = np.Tru
     return tied
 
 
-def arrow_field(q: FloatArray, action_names: Sequence[str], action_mask: BoolArray | np.bool_ = np.True_) -> ArrowField:
-    """Return where the greedy policy of an (S, A) table leads; an action without a direction has the arrow (0, 0)."""
+def arrows(q: FloatArray, action_names: Sequence[str], action_mask: BoolArray | np.bool_ = np.True_) -> IntArray:
+    """Return the (rows down, columns to the right) that the greedy policy of an (S, A) table leads, (S, 2).
+
+    It is (0, 0) where there is no preference, or the action has no direction.
+    """
     action = greedy(q, action_mask)
     ways = np.array([direction(name) or (0, 0) for name in action_names], dtype=np.int64)
-    arrows = np.where(action[:, np.newaxis] == NO_PREFERENCE, 0, ways[action])
-    return ArrowField(action, arrows[:, 0], arrows[:, 1])
+    return np.where(action[:, np.newaxis] == NO_PREFERENCE, 0, ways[action])

@@ -7,7 +7,7 @@ from tuckerl.reports.figure import RenderedFigure, draw_figures
 from tuckerl.reports.inspect.agents import tables_differ
 from tuckerl.reports.inspect.content import Inspection, check_inspection
 from tuckerl.reports.inspect.figures import FIGURES
-from tuckerl.reports.markup import on_page, rendered, write_page
+from tuckerl.reports.markup import rendered, write_page
 from tuckerl.reports.text import counted
 
 
@@ -51,7 +51,7 @@ def write_inspection(inspection: Inspection, folder: Path) -> Path:
         "inspect.html",
         title=inspection.title,
         facts=[counted(size, noun) for noun, size in sizes.items() if size],
-        figures=on_page(figures),
+        figures=figures,
         missing=_missing(inspection),
         version=__version__,
     )

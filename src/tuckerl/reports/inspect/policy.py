@@ -1,39 +1,24 @@
-"""The greedy policy and the state values where the states are the cells of a grid."""
+"""The greedy policy and the state values: over a grid, and else as a table of few states or a profile of many."""
 
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
-from tuckerl.reports.figure import FigureSpec
-from tuckerl.reports.inspect.cells import (
-    Room,
-    colour_bar,
-    draw_cells,
-    grid_figure,
-    key_of_cells,
-    label_cells,
-    legend_below,
-    room_for,
-    scale,
-    where,
-)
+from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
+from tuckerl.reports.inspect import cells
+from tuckerl.reports.inspect.cells import Room
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.greedy import (
-    NO_PREFERENCE,
-    ArrowField,
-    arrow_field,
-    direction,
-    greedy,
-    shares_first_place,
-    values,
-)
-from tuckerl.reports.text import counted, joined, span
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE, arrows, direction, shares_first_place
+from tuckerl.reports.styles import BLACK, BLUE
+from tuckerl.reports.text import counted, number, span
 from tuckerl.studies.figure_text import FigureText
-from tuckerl.types import BoolArray, IntArray
+from tuckerl.types import BoolArray, FloatArray, IntArray
 
 MARKERS = "os^DPXv*"  # of actions that point nowhere
 
@@ -45,22 +30,20 @@ _DARK = 0.45  # of lightness: arrows are white on what is darker
 def draw_policy(inspection: Inspection) -> Figure:
     """Draw agent 0's state values as colours and its greedy actions as arrows."""
     layout, q, allowed = inspection.grid, inspection.q[0], inspection.allowed[0]
-    figure, axes, room = grid_figure(layout)
-    shown = np.where(inspection.walls, np.nan, values(q, allowed))
-    norm = scale(shown)
-    colours = draw_cells(axes, shown, layout, inspection.walls, norm, room)
-    label_cells(axes)
+    figure, axes, room = cells.grid_figure(layout)
+    shown = inspection.known[0]
+    norm = cells.scale(shown)
+    colours = cells.draw_cells(axes, shown, layout, inspection.walls, norm, room)
     dark = (
         np.asarray(colours.to_rgba(np.nan_to_num(shown, nan=norm.vmax or 0.0)))[:, :3] @ (0.299, 0.587, 0.114) < _DARK
     )
-    field = arrow_field(q, inspection.action_names, allowed)
     drawn = _drawn(inspection, room)
-    _draw_arrows(axes, field, drawn, dark, room)
-    marks = _draw_marks(axes, inspection, field.action, drawn, room)
-    key = [*key_of_cells(inspection.walls, np.isnan(shown), "no preference"), *marks]
-    legend_below(axes, room, key, 5, columnspacing=1.2)
+    _draw_arrows(axes, arrows(q, inspection.action_names, allowed), drawn, dark, room)
+    marks = _draw_marks(axes, inspection, drawn, room)
+    key = [*cells.key_of_cells(inspection.walls, np.isnan(shown), "no preference"), *marks]
+    cells.legend_below(axes, room, key, 5, columnspacing=1.2)
     axes.set_title("agent 0" if inspection.n_agents > 1 else "greedy policy", loc="left")
-    colour_bar(axes, colours, "max Q(s, a)")
+    cells.colour_bar(axes, colours, "max Q(s, a)")
     return figure
 
 
@@ -78,46 +61,35 @@ def _drawn(inspection: Inspection, room: Room) -> BoolArray:
     return chosen.ravel() & ~inspection.walls
 
 
-def _draw_arrows(axes: Axes, field: ArrowField, drawn: BoolArray, dark: BoolArray, room: Room) -> None:
+def _draw_arrows(axes: Axes, ways: IntArray, drawn: BoolArray, dark: BoolArray, room: Room) -> None:
     """Draw each arrow as one shape, black or white as its cell is light or dark."""
-    cells = np.flatnonzero(drawn & ((field.down != 0) | (field.right != 0)))
+    places = np.flatnonzero(drawn & ways.any(axis=1))
     columns = round(axes.get_xlim()[1] + 0.5)
     half = min(0.36 * stride(room) * room.cell, _LONGEST_ARROW / 2)  # points, so that oblong cells bend no arrow
     # Along and across its direction: a shaft, barbs, a tip.
     outline = np.array(
         [(-1, 0.1), (0.1, 0.1), (0.1, 0.52), (1, 0), (0.1, -0.52), (0.1, -0.1), (-1, -0.1)], dtype=np.float64
     )
-    shapes = []
-    for cell in cells:
-        along = np.array([field.right[cell], field.down[cell]]) / math.hypot(field.right[cell], field.down[cell])
-        across = np.array([-along[1], along[0]])
-        centre = np.array([cell % columns, cell // columns])
-        points = half * (outline[:, :1] * along + outline[:, 1:] * across)
-        shapes.append(centre + points / (room.across, room.down))
-    colours = np.where(dark[cells], "white", "black").tolist()
+    along = ways[places, np.newaxis, ::-1]
+    along = along / np.linalg.norm(along, axis=-1, keepdims=True)
+    points = half * (outline[:, :1] * along + outline[:, 1:] * along[..., ::-1] * (-1, 1))
+    centres = np.column_stack([places % columns, places // columns])[:, np.newaxis]
+    shapes = centres + points / (room.across, room.down)
+    colours = np.where(dark[places], "white", "black").tolist()
     axes.add_collection(PolyCollection(shapes, facecolors=colours, edgecolors="none", gid="arrows"), autolim=False)
 
 
-def _draw_marks(axes: Axes, inspection: Inspection, action: IntArray, drawn: BoolArray, room: Room) -> list[Line2D]:
+def _draw_marks(axes: Axes, inspection: Inspection, drawn: BoolArray, room: Room) -> list[Line2D]:
     """Mark where the greedy action points nowhere, a shape for each such action; return their legend."""
     columns = inspection.grid[1]
+    look: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "black", "markeredgecolor": "white"}
+    look |= {"markersize": min(7.0, 0.5 * stride(room) * room.cell), "markeredgewidth": 0.4}
     lines = []
-    for number, marker in zip(_undirected(inspection), MARKERS, strict=False):
-        cells = np.flatnonzero(drawn & (action == number))
-        size = min(7.0, 0.5 * stride(room) * room.cell)
-        (line,) = axes.plot(
-            cells % columns,
-            cells // columns,
-            linestyle="none",
-            marker=marker,
-            markersize=size,
-            markerfacecolor="black",
-            markeredgecolor="white",
-            markeredgewidth=0.4,
-            label=inspection.action_names[number],
-        )
-        if cells.size:
-            lines.append(line)
+    for action_number, marker in zip(_undirected(inspection), MARKERS, strict=False):
+        places = np.flatnonzero(drawn & (inspection.best[0] == action_number))
+        name = inspection.action_names[action_number]
+        if places.size:
+            lines += axes.plot(places % columns, places // columns, marker=marker, label=name, **look)
     return lines
 
 
@@ -130,12 +102,11 @@ def _undirected(inspection: Inspection) -> list[int]:
 def policy_words(inspection: Inspection) -> list[str]:
     """Return in how many states agent 0 prefers an action, what its values are, and in how many several are best."""
     q, allowed = inspection.q[0][~inspection.walls], inspection.allowed[0][~inspection.walls]
-    best, known = greedy(q, allowed), values(q, allowed)
-    preferred = int((best != NO_PREFERENCE).sum())
+    preferred = int(inspection.counts.sum())
     infinite = int((~(np.isfinite(q) | ~allowed).all(axis=1)).sum())
     words = [f"Agent 0 prefers an action in {preferred:,} of {counted(len(q), 'state')}"]
     if preferred:
-        words[0] += f"; their values are {span(known[best != NO_PREFERENCE])}"
+        words[0] += f"; their values are {span(inspection.known[0][inspection.best[0] != NO_PREFERENCE])}"
     if preferred < len(q):
         words.append("Where all actions are worth the same, as where nobody has been, it has no preference")
     tied = int(shares_first_place(q, allowed).sum())
@@ -150,7 +121,7 @@ def policy_words(inspection: Inspection) -> list[str]:
 
 def _caption(inspection: Inspection) -> str:
     layout = inspection.grid
-    every = stride(room_for(layout))
+    every = stride(cells.room_for(layout))
     words = [
         "Colour: the state value, the largest of each cell's Q(s, a); lighter is more. Arrow: the action that has it, "
         "by the direction of its name",
@@ -169,18 +140,11 @@ _ORDINALS = {2: "second", 3: "third"}
 
 def _alt(inspection: Inspection) -> str:
     rows, columns = inspection.grid
-    q, allowed = inspection.q[0], inspection.allowed[0]
-    best = greedy(q, allowed)
-    counts = np.bincount(best[(best != NO_PREFERENCE) & ~inspection.walls], minlength=inspection.n_actions)
-    most = np.argsort(-counts, kind="stable")[:4]
-    chosen = joined(f"{inspection.action_names[a]} in {counts[a]:,}" for a in most if counts[a])
     text = f"A grid of {rows} rows and {columns} columns coloured by state value"
-    known = np.where(inspection.walls, np.nan, values(q, allowed))
+    known = inspection.known[0]
     if np.isfinite(known).any():
-        highest = int(np.nanargmax(known))
-        text += (
-            f", the highest in {where(highest, inspection.layout)}, with an arrow for the greedy action: {chosen} cells"
-        )
+        highest = cells.where(int(np.nanargmax(known)), inspection.layout)
+        text += f", the highest in {highest}, with an arrow for the greedy action: {inspection.commonest(4)} cells"
     return f"{text}. {int(inspection.walls.sum()):,} cells are blocked."
 
 
@@ -191,4 +155,130 @@ POLICY = FigureSpec(
     _caption,
     _alt,
     applies=lambda one: one.layout is not None,
+)
+
+
+TABLE_STATES = 60
+"""So many states are shown one by one."""
+
+_ROW = 0.155  # inches of a state or an action with its name
+_BARS = 40  # actions that have one
+_NAMED_COLUMNS = 30
+
+
+def draw_plain(inspection: Inspection) -> Figure:
+    """Draw agent 0's table, or a profile of its values and of the actions that it prefers."""
+    return _draw_table(inspection) if inspection.n_states <= TABLE_STATES else _draw_profile(inspection)
+
+
+def _draw_table(inspection: Inspection) -> Figure:
+    q = inspection.q[0]
+    n_states, n_actions = q.shape
+    wide, high = min(5.5, max(1.2, 0.6 * n_actions)), max(0.35, _ROW * n_states)
+    longest = 0.075 * max(len(name) for name in inspection.action_names)
+    tilted = n_actions <= _NAMED_COLUMNS and longest > 0.95 * wide / n_actions
+    below = 0.36 + (min(1.6, longest) if tilted else 0.2)
+    figure, axes = panel_figure(0.62, below, wide, high, 0.3)
+    image = cells.draw_table(axes, q, cells.scale(q))
+    best = inspection.best[0]
+    states = np.flatnonzero(best != NO_PREFERENCE)
+    axes.plot(best[states], states, linestyle="none", marker="o", markersize=5, color=BLACK, markeredgecolor="white")
+    axes.set_xlim(-0.5, n_actions - 0.5)
+    axes.set_ylim(n_states - 0.5, -0.5)
+    if n_actions <= _NAMED_COLUMNS:
+        axes.set_xticks(range(n_actions), inspection.action_names, rotation=90 if tilted else 0, parse_math=False)
+    axes.set_yticks(cells.counting_ticks(n_states))
+    axes.tick_params(length=2)
+    axes.set_xlabel("action")
+    axes.set_ylabel("state")
+    axes.set_title("agent 0: Q(s, a), with a dot the greedy action", loc="left")
+    cells.colour_bar(axes, image, "Q(s, a)")
+    return figure
+
+
+def _draw_profile(inspection: Inspection) -> Figure:
+    shown = shown_actions(inspection)
+    high = max(2.1, _ROW * shown.size)
+    figure = Figure(figsize=(WIDTH, high + 0.8))
+    longest = max(len(inspection.action_names[action]) for action in shown)
+    gap = 0.6 + 0.07 * min(longest, 20)
+    left_width = 0.55 * (WIDTH - 0.62 - gap - 0.2)
+    _draw_values(panel(figure, 0.62, 0.48, left_width, high), inspection.known)
+    left = 0.62 + left_width + gap
+    bars = panel(figure, left, 0.48, WIDTH - left - 0.2, high)
+    _draw_counts(bars, inspection.counts[shown], [inspection.action_names[action] for action in shown])
+    return figure
+
+
+def shown_actions(inspection: Inspection) -> IntArray:
+    """Return the actions that have a bar: all, or those that are greedy most often, in order of number."""
+    return np.sort(np.argsort(-inspection.counts, kind="stable")[:_BARS])
+
+
+def _draw_values(axes: Axes, known: FloatArray) -> None:
+    """Draw each agent's values from the highest down, agent 0's on top."""
+    for agent in range(len(known) - 1, -1, -1):
+        sorted_values = np.sort(known[agent][np.isfinite(known[agent])])[::-1]
+        look = {"color": BLUE, "linewidth": 1.8} if agent == 0 else {"color": "0.6", "linewidth": 0.9}
+        name = "agent 0" if agent == 0 else "the other agents" if agent == len(known) - 1 else "_"
+        marker = "o" if sorted_values.size == 1 else ""
+        axes.plot(np.arange(1, sorted_values.size + 1), sorted_values, label=name, marker=marker, **look)  # type: ignore[arg-type]
+    if not np.isfinite(known).any():
+        axes.text(0.5, 0.5, "no state prefers an action", transform=axes.transAxes, horizontalalignment="center")
+    elif len(known) > 1:
+        axes.legend(frameon=False)
+    axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+    axes.set_xlabel("states, the most valuable first")
+    axes.set_title("state value, max Q(s, a)", loc="left")  # not beside the numbers, whose width is not known
+
+
+def _draw_counts(axes: Axes, counts: IntArray, names: list[str]) -> None:
+    axes.barh(range(len(names)), counts, height=0.75, color=BLUE)
+    axes.set_yticks(range(len(names)), names, parse_math=False)
+    axes.set_ylim(len(names) - 0.4, -0.6)
+    axes.set_xlim(0, max(1, int(counts.max(initial=0))) * 1.02)
+    axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlabel("states in which it is greedy")
+    axes.set_title("action", loc="left")
+
+
+def plain_caption(inspection: Inspection) -> str:
+    """Return what the table or the profile shows, and what it does not."""
+    words = policy_words(inspection)
+    if inspection.n_states <= TABLE_STATES:
+        first = "Agent 0's table, lighter is more; a dot marks the greedy action"
+        hidden = ["Only agent 0's values are shown"] if inspection.n_agents > 1 else []
+    else:
+        first = (
+            "Left: the values of the states in which something is preferred, sorted. Right: in how many of agent 0's "
+            "states each action is greedy"
+        )
+        hidden = ["Which state has which value and action is not shown, as the states have no layout"]
+        missing = inspection.n_actions - shown_actions(inspection).size
+        if missing:
+            hidden.append(f"{missing} actions that are greedy less often have no bar")
+    return ". ".join([first, *words, *hidden]) + "."
+
+
+def plain_alt(inspection: Inspection) -> str:
+    """Return the highest value and the commonest greedy actions."""
+    known = inspection.known[0]
+    kind = (
+        "A table of values" if inspection.n_states <= TABLE_STATES else "A falling curve of values and bars of actions"
+    )
+    if not inspection.counts.any():
+        return f"{kind}; no state prefers an action."
+    best = int(np.nanargmax(known))
+    value = number(float(known[best]))
+    return f"{kind}. The highest value is {value}, of state {best}. Greedy: {inspection.commonest(3)} states."
+
+
+PLAIN = FigureSpec(
+    Inspection,
+    FigureText("policy", "Greedy policy and state values"),
+    draw_plain,
+    plain_caption,
+    plain_alt,
+    applies=lambda one: one.layout is None,
 )

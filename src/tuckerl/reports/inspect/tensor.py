@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from tuckerl.errors import ProblemError, TensorError
 from tuckerl.generalization.loadings import Loadings
 from tuckerl.generalization.step import empty_history
-from tuckerl.problems.parts import Layout, check_layout
+from tuckerl.problems.parts import Layout, check_action_names, check_layout
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.tensor import tucker
 from tuckerl.types import BoolArray, FloatArray, Ranks
@@ -69,9 +69,7 @@ def inspect_tensor(
         )
     n_states, n_actions, n_episodes, n_agents = tensor.shape
     check_layout(layout, n_states)
-    names = [str(action) for action in range(n_actions)] if action_names is None else list(action_names)
-    if len(names) != n_actions:
-        raise ProblemError(f"action_names must be {n_actions} names, one for each action; got {len(names)}")
+    names = check_action_names(action_names, n_actions) or map(str, range(n_actions))
     if blocked is not None and np.shape(blocked) != (n_states,):
         raise ProblemError(f"blocked must hold {n_states} booleans, one for each state; got {np.shape(blocked)}")
     return Inspection(
@@ -79,7 +77,7 @@ def inspect_tensor(
         q=np.ascontiguousarray(np.moveaxis(tensor[:, :, -1, :], 2, 0), dtype=np.float64),
         layout=layout,
         blocked=None if blocked is None else np.asarray(blocked, dtype=np.bool_),
-        action_names=names,
+        action_names=list(names),
         history=empty_history(n_actions),
         loadings=_loadings(tensor, ranks),
         steps=np.zeros((0, n_agents), dtype=np.int64),

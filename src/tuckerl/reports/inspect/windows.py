@@ -1,5 +1,6 @@
-"""What the tensor step did after each window: whose table was copied, how well the tables were fitted, which ranks."""
+"""What the tensor step did after each window: the action weights (omega), whose table was copied, fit and ranks."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -8,21 +9,135 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.generalization.step import TensorStepHistory
-from tuckerl.reports.figure import WIDTH, FigureSpec
+from tuckerl.reports import styles
+from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
+from tuckerl.reports.inspect.cells import colour_bar, draw_table, scale
 from tuckerl.reports.inspect.content import Inspection
-from tuckerl.reports.inspect.weights import draw_course, drawn_windows, every_words
-from tuckerl.reports.styles import BLACK, BLUE, GREEN, PURPLE, VERMILLION, EndLabel, LineStyle, label_ends, write
+from tuckerl.reports.styles import ACTION_STYLES, EndLabel, LineStyle, count_episodes, label_ends, plot_line, write
 from tuckerl.reports.text import counted, joined, number, percent, span
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
 
+MOST_DRAWN = 1000
+"""So many windows are drawn; of more, every second, third, ..."""
+
+_CONSTANT = "constant"
+_MARKERS = 12  # of a line
+_ROW = 0.155
+
+
+def draw_weights(inspection: Inspection) -> Figure:
+    """Draw a line for each of a few actions, a map for many."""
+    return _draw_lines(inspection) if inspection.n_actions <= len(ACTION_STYLES) else _draw_map(inspection)
+
+
+def _draw_lines(inspection: Inspection) -> Figure:
+    history = drawn_windows(inspection.history)
+    level = 1 / math.sqrt(inspection.n_actions)
+    longest = max(len(name) for name in (*inspection.action_names, _CONSTANT))
+    beside = min(0.35 + 0.075 * longest, 2.2)
+    figure, axes = panel_figure(0.62, 0.46, WIDTH - 0.62 - beside, 2.2, 0.24)
+    for place, (look, values) in enumerate(zip(ACTION_STYLES, history.weights.T, strict=False)):
+        draw_course(axes, history.episode, values, look, place / inspection.n_actions)
+    axes.axhline(level, color="0.3", linewidth=1, linestyle="dotted", zorder=1)
+    axes.margins(y=0.1)
+    count_episodes(axes, int(history.episode.max()))
+    axes.set_ylabel("action weight ω (no unit)")
+    ends = zip(inspection.action_names, history.weights[-1], ACTION_STYLES, strict=False)
+    labels = [EndLabel(name, float(value), look.colour) for name, value, look in ends]
+    label_ends(axes, [*labels, EndLabel(_CONSTANT, level, "0.3")])
+    return figure
+
+
+def drawn_windows(history: TensorStepHistory) -> TensorStepHistory:
+    """Return the last window and every so many before it: not more than are drawn."""
+    every = windows_apart(history)
+    return TensorStepHistory._make(column[(history.episode.size - 1) % every :: every] for column in history)
+
+
+def windows_apart(history: TensorStepHistory) -> int:
+    """Return that every so many windows are drawn."""
+    return max(1, -(-history.episode.size // MOST_DRAWN))
+
+
+def draw_course(axes: Axes, episode: IntArray, values: FloatArray, look: LineStyle, shift: float = 0.0) -> None:
+    """Draw what a number was after each window, with a few markers, `shift` of their distance to the right."""
+    apart = max(1, len(episode) // _MARKERS)
+    marks = (int(shift * apart), apart)
+    plot_line(axes, episode, values, look, markersize=2.5 + 1.5 * look.width, markevery=marks, clip_on=False)
+
+
+def _draw_map(inspection: Inspection) -> Figure:
+    history = inspection.history
+    high = min(8.0, max(1.2, _ROW * inspection.n_actions))
+    left = 0.55 + 0.065 * max(len(name) for name in inspection.action_names)
+    figure, axes = panel_figure(left, 0.47, WIDTH - left - 1.0, high, 0.28)
+    # Windows are equally long: a column spans the one that its weights were worked out from.
+    extent = (0, int(history.episode[-1]), inspection.n_actions - 0.5, -0.5)
+    names = inspection.action_names
+    image = draw_table(axes, history.weights.T, scale(history.weights), names, extent=extent)
+    axes.tick_params(axis="x", length=3.5)
+    count_episodes(axes, int(history.episode[-1]))
+    axes.set_ylabel("action")
+    colour_bar(axes, image, "action weight ω (no unit)")
+    return figure
+
+
+def _weights_caption(inspection: Inspection) -> str:
+    history, n_actions = inspection.history, inspection.n_actions
+    last = history.weights[-1]
+    low, high = int(last.argmin()), int(last.argmax())
+    level = f"1/√{n_actions} = {1 / math.sqrt(n_actions):.3g}"
+    drawn = (
+        f"Dotted, the constant control, {level}{every_words(history)}"
+        if n_actions <= len(ACTION_STYLES)
+        else f"Lighter is more; a column spans the window that its weights come from. The constant control is {level}"
+    )
+    ends = (
+        f"all are {number(float(last[low]))}"
+        if last[low] == last[high]
+        else f"the least is {number(float(last[low]))} ({inspection.action_names[low]}), the largest "
+        f"{number(float(last[high]))} ({inspection.action_names[high]})"
+    )
+    return (
+        "What the learning rate is multiplied by for each action, as the tensor step set it after each of "
+        f"{counted(history.episode.size, 'window')}, until the next one ends; during the first window it is 1. "
+        f"{drawn}. After the last window {ends}."
+    )
+
+
+def every_words(history: TensorStepHistory) -> str:
+    """Return which windows are drawn where not all are."""
+    every = windows_apart(history)
+    return f". Only the last window and one in {every} before it are drawn" if every > 1 else ""
+
+
+def _weights_alt(inspection: Inspection) -> str:
+    last = inspection.history.weights[-1]
+    order = np.argsort(-last, kind="stable")
+    named = ", ".join(f"{inspection.action_names[action]} {number(float(last[action]))}" for action in order[:6])
+    rest = f" and {inspection.n_actions - 6} more" if inspection.n_actions > 6 else ""
+    kind = "Curves" if inspection.n_actions <= len(ACTION_STYLES) else "A map"
+    return f"{kind} of each action's weight by window. After the last one, largest first: {named}{rest}."
+
+
+WEIGHTS = FigureSpec(
+    Inspection,
+    FigureText("weights", "Action weights by window"),
+    draw_weights,
+    _weights_caption,
+    _weights_alt,
+    applies=lambda one: one.n_windows > 0,
+)
+
+
 _MODES = {
-    "states": LineStyle(BLUE, "solid", "o", 2.2),
-    "actions": LineStyle(VERMILLION, "solid", "s", 1.4),
-    "episodes": LineStyle(GREEN, "dashed", "^", 1.4),
-    "agents": LineStyle(PURPLE, "dashdot", "D", 1.4),
+    "states": LineStyle(styles.BLUE, "solid", "o", 2.2),
+    "actions": LineStyle(styles.VERMILLION, "solid", "s", 1.4),
+    "episodes": LineStyle(styles.GREEN, "dashed", "^", 1.4),
+    "agents": LineStyle(styles.PURPLE, "dashdot", "D", 1.4),
 }
-_FIT = LineStyle(BLACK, "solid", "o", 1.5)
+_FIT = LineStyle(styles.BLACK, "solid", "o", 1.5)
 _NOBODY = -1
 MOST_AGENTS = 30
 """So many agents have a row each, copied or not."""
@@ -51,16 +166,14 @@ def draw_copied(inspection: Inspection) -> Figure:
     agents = rows_of_agents(inspection)
     rows = [*agents, inspection.n_agents]
     high = max(0.6, (0.24 if len(rows) <= 12 else 0.17) * len(rows))
-    height = high + 0.75
-    figure = Figure(figsize=(WIDTH, height))
-    axes = figure.add_axes((1.15 / WIDTH, 0.46 / height, (WIDTH - 1.15 - 1.1) / WIDTH, high / height))
+    figure, axes = panel_figure(1.15, 0.46, WIDTH - 1.15 - 1.1, high, 0.29)
     starts = np.append(0, history.episode[:-1])
     edge = 0.5 if history.episode.size <= _SEEN_EDGES else 0.0
     for place, row in enumerate(rows):
         nobody = row == inspection.n_agents
         mine = history.chosen == (_NOBODY if nobody else row)
         spans = list(zip(starts[mine].tolist(), (history.episode - starts)[mine].tolist(), strict=True))
-        look: dict[str, Any] = {"facecolor": "0.8", "hatch": "////"} if nobody else {"facecolor": BLUE}
+        look: dict[str, Any] = {"facecolor": "0.8", "hatch": "////"} if nobody else {"facecolor": styles.BLUE}
         axes.broken_barh(spans, (place - 0.38, 0.76), edgecolor="white", linewidth=edge, **look)
     axes.set_yticks(range(len(rows)), [*(f"agent {agent}" for agent in agents), "none or mixture"])
     for place, row in enumerate(rows):
@@ -68,17 +181,11 @@ def draw_copied(inspection: Inspection) -> Figure:
         words = f"{counts[row]:,} ({part})" if counts[row] else "0"
         write(axes, 1.015, place, words, axes.get_yaxis_transform())
     axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_xlim(0, int(history.episode[-1]))
-    _finish(axes, 10)
+    count_episodes(axes, int(history.episode[-1]))
     axes.tick_params(axis="y", length=0)
     axes.set_title("table that all agents went on with", loc="left")
     write(axes, 1.015, 1.0, " windows", axes.transAxes, verticalalignment="bottom")
     return figure
-
-
-def _finish(axes: Axes, n_ticks: int) -> None:
-    axes.xaxis.set_major_locator(MaxNLocator(n_ticks, integer=True))
-    axes.set_xlabel("episodes finished")
 
 
 def _copied_caption(inspection: Inspection) -> str:
@@ -119,11 +226,8 @@ COPIED = FigureSpec(
 def draw_fit(inspection: Inspection) -> Figure:
     """Draw the fit of each window's decomposition and the ranks that it used."""
     history = drawn_windows(inspection.history)
-    height = 2.7
-    figure = Figure(figsize=(WIDTH, height))
-    panel = (0.46 / height, (height - 0.76) / height)
-    left = figure.add_axes((0.7 / WIDTH, panel[0], 2.55 / WIDTH, panel[1]))
-    right = figure.add_axes((3.85 / WIDTH, panel[0], 2.55 / WIDTH, panel[1]))
+    figure = Figure(figsize=(WIDTH, 2.7))
+    left, right = (panel(figure, place, 0.46, 2.55, 1.94) for place in (0.7, 3.85))
     draw_course(left, history.episode, history.fit, _FIT)
     left.set_title("fit", loc="left")
     left.set_ylabel("1 \N{MINUS SIGN} relative error")
@@ -137,8 +241,7 @@ def draw_fit(inspection: Inspection) -> Figure:
     right.set_ylim(0, 1.08 * float(np.nanmax(ranks)))
     right.yaxis.set_major_locator(MaxNLocator(6, integer=True))
     for axes in (left, right):
-        axes.set_xlim(0, int(history.episode[-1]))
-        _finish(axes, 5)
+        count_episodes(axes, int(history.episode[-1]), 5)
     last = ranks[np.flatnonzero(np.isfinite(ranks[:, 0]))[-1]]
     ends = zip(_MODES.items(), last, strict=True)
     label_ends(right, [EndLabel(name, float(value), look.colour) for (name, look), value in ends])

@@ -1,4 +1,4 @@
-"""Where the gain comes from: every step from the base to the whole method as a dot with its interval."""
+"""Where the gain comes from: every step from the base to the whole method as a dot with its interval, and in words."""
 
 import math
 from typing import NamedTuple
@@ -9,11 +9,10 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from tuckerl.reports.figure import FigureSpec
 from tuckerl.reports.styles import BLUE, GREEN, VERMILLION, write
-from tuckerl.reports.text import amount, counted, tick
+from tuckerl.reports.text import amount, amount_interval, counted, tick
 from tuckerl.studies.ablation import Ablation, AblationStep
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.studies.statistics import MEASURES
-from tuckerl.studies.study import Scenario
 
 _ROW = 0.27  # inches
 
@@ -37,8 +36,8 @@ def draw_ablation(ablation: Ablation) -> Figure:
     axes.set_ylim(n - 0.5, -0.5)
     axes.axvline(0, color="0.3", linewidth=1, zorder=1)
     for place, one in enumerate(ablation.steps):
-        _draw_row(axes, place, one, mark_of(ablation.scenario, one))
-        if place and mark_of(ablation.scenario, ablation.steps[place - 1]) != mark_of(ablation.scenario, one):
+        _draw_row(axes, place, one, mark_of(ablation, one))
+        if place and mark_of(ablation, ablation.steps[place - 1]) != mark_of(ablation, one):
             axes.axhline(place - 0.5, color="0.8", linewidth=0.7, zorder=0)
     axes.set_yticks(range(n), [one.label for one in ablation.steps], parse_math=False)
     axes.tick_params(axis="y", length=0)
@@ -56,9 +55,9 @@ def draw_ablation(ablation: Ablation) -> Figure:
     return figure
 
 
-def mark_of(scenario: Scenario, step: AblationStep) -> Mark:
+def mark_of(ablation: Ablation, step: AblationStep) -> Mark:
     """Return the look of a step's kind: one more on the chain, a way of sharing, or a slower base."""
-    made = next(variant for variant in scenario.variants if variant.name == step.variant)
+    made = ablation.variant_of(step)
     if made.tensor_step is None:
         return SLOW
     return CHAIN if made.n_agents == 1 else SHARING
@@ -89,7 +88,7 @@ def _caption(ablation: Ablation) -> str:
     scenario = ablation.scenario
     runs, instances = counted(scenario.n_runs, "run"), counted(scenario.n_instances, "instance")
     lost = any(one.difference.n_diverged for one in ablation.steps)
-    kinds = {mark_of(scenario, one) for one in ablation.steps}
+    kinds = {mark_of(ablation, one) for one in ablation.steps}
     words = [
         f"How much better than {scenario.algorithm.base} each variant does, with the 95 % interval over pairs ({runs} "
         f"of {instances}, from the same seeds as above); filled where the interval excludes 0, hollow where it covers "
@@ -110,3 +109,51 @@ def _alt(ablation: Ablation) -> str:
 
 
 ABLATION = FigureSpec(Ablation, _text, draw_ablation, _caption, _alt)
+
+
+def what_works(ablation: Ablation) -> str:
+    """Say which steps add a gain, by the intervals of what each adds to the variant that it is added to."""
+    steps = [one for one in ablation.steps if ablation.variant_of(one).tensor_step is not None]
+    steps = sorted(steps, key=lambda one: -one.added.mean)
+    known = [one for one in steps if not math.isnan(one.added.low)]
+    helping = [_with_number(one) + _beside_the_base(ablation, one) for one in known if one.added.low > 0]
+    harming = [_with_number(one) for one in reversed(known) if one.added.high < 0]
+    if not known:
+        return "Which ingredient does the work cannot be told: no step has enough pairs for an interval."
+    text = "No ingredient adds a gain whose whole interval lies above 0"
+    if helping:
+        text = f"By the intervals of each step over the one before it, the work is done by: {_listed(helping)}"
+    if harming:
+        text += f". Worse than the step before: {_listed(harming)}"
+    open_ones, unknown = len(known) - len(helping) - len(harming), len(steps) - len(known)
+    if open_ones:
+        text += f". The interval covers 0 for {counted(open_ones, 'other step')}"
+    if unknown:
+        text += f". Too few pairs are left for {counted(unknown, 'step')}"
+    return text + "."
+
+
+def without_the_step(ablation: Ablation) -> str:
+    """Say what the smaller learning rate does on its own, where that was run."""
+    slow = next((one for one in ablation.steps if ablation.variant_of(one).tensor_step is None), None)
+    if slow is None or math.isnan(slow.difference.low):
+        return ""
+    rate = f"{amount(slow.difference)} {amount_interval(slow.difference)}"
+    return f"The smaller learning rate alone, from the first episode on and without any tensor step: {rate}."
+
+
+def _with_number(one: AblationStep) -> str:
+    label = one.label.removeprefix("+ ")
+    return f"{label} ({amount(one.added)} {amount_interval(one.added)} over {one.before})"
+
+
+def _beside_the_base(ablation: Ablation, one: AblationStep) -> str:
+    """Say so where a gain over the step before only makes good what that step has spoilt."""
+    base = ablation.scenario.algorithm.base
+    if one.difference.high < 0:
+        return f", though still worse than {base}"
+    return "" if one.difference.low > 0 else f", though not better than {base} as far as these runs can tell"
+
+
+def _listed(parts: list[str]) -> str:
+    return parts[0] if len(parts) == 1 else f"{'; '.join(parts[:-1])}; and {parts[-1]}"
