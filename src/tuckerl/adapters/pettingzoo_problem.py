@@ -252,4 +252,5 @@ class PettingZooWorld(PythonWorld):
         place = self._places[agent]
         state, mask = self.problem.spaces[place].encode(observation, info)
         self.arrays.state[place] = state
-        self.note_mask(place, state, mask)
+        if mask is not None or self.problem.has_masks:  # spares a call at each step of most environments
+            self.note_mask(place, state, mask)
