@@ -2,13 +2,15 @@
 
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium.spaces import Discrete
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.learners.worlds import dyna_twin, random_mdp, sarsa_lambda_twin, sarsa_twin, team_twin, twin
-from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TabularMDP, TeamQ, TensorStep
+from tuckerl import DynaH, Greedy, QLearning, Sarsa, SarsaLambda, TabularMDP, TeamQ, TensorStep
 from tuckerl.errors import ProblemError
 from tuckerl.types import BoolArray
 
@@ -151,3 +153,32 @@ def test_agents_who_explore_need_masks_of_their_own() -> None:
         TeamQ(problem, seed=0)
     team = TeamQ(problem, seed=0, exploration="joint", epsilon=1.0, initial_q=5.0).learn(50)
     assert (team.q[0, 0] == 5.0).tolist() == [True, False, False, True]
+
+
+class Waiting(gymnasium.Env[np.int64, np.int64]):
+    """0 -> 1 -> 1 -> end; the first time in 1 there is no choice."""
+
+    observation_space, action_space = Discrete(2), Discrete(2)
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[np.int64, dict[str, Any]]:
+        """Begin in 0."""
+        super().reset(seed=seed)
+        self.n_steps = 0
+        return np.int64(0), self._info()
+
+    def step(self, action: np.int64) -> tuple[np.int64, float, bool, bool, dict[str, Any]]:
+        """Go on, for a reward of 1."""
+        self.n_steps += 1
+        return np.int64(1), 1.0, self.n_steps == 3, False, self._info()
+
+    def _info(self) -> dict[str, Any]:
+        return {"action_mask": np.array([self.n_steps != 1, True])}
+
+
+def test_what_was_greedy_when_it_was_chosen_cuts_no_traces() -> None:
+    table = np.array([[0.0, 0.0], [1.0, 0.0]])
+    cut, uncut = (
+        TeamQ(Waiting(), policy=Greedy(), cut_traces=cuts, lambda_=1.0, alpha=0.5, initial_q=table, seed=0).learn(1)
+        for cuts in (True, False)
+    )
+    np.testing.assert_array_equal(cut.q, uncut.q)

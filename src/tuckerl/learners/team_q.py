@@ -20,7 +20,7 @@ from tuckerl.learners.team_policy import TeamEpsilonGreedy
 from tuckerl.learners.traces import Traces, flush_traces, learn, sync_row
 from tuckerl.learners.tracing import TracingLearner, act_on_synced_row, end_with_traces
 from tuckerl.training.agent_arrays import AgentArrays, Transition
-from tuckerl.training.algorithm import register_algorithm
+from tuckerl.training.algorithm import NOT_FINITE, register_algorithm
 from tuckerl.training.greedy_actions import best_value
 from tuckerl.training.parameters import LearnerParameters
 from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy
@@ -38,22 +38,29 @@ class TeamQState(NamedTuple):
 
 
 @kernel
-def update(algorithm: TeamQState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
-    """Let the error reach all pairs that have a trace; ``agent.q`` (S, A) changes, partly later.
+def act(algorithm: TeamQState, agent: AgentArrays, state: int) -> int:
+    """Choose a joint action; one whose value lies below the maximum of its row in ``agent.q`` (S, A) cuts the traces.
 
-    A joint action whose value lies below the row's maximum cuts the traces before its own update, if it is to.
+    They are cut here and not in the update: an environment may give other masks for the same state a step later.
     """
+    action = act_on_synced_row(algorithm, agent, state)
+    best = best_value(agent.q, agent.action_mask, state)
+    is_worse = agent.q[state, action] < best - _TIE * abs(best)
+    if not (algorithm.cut_traces and is_worse):
+        return action
+    return action if flush_traces(algorithm.traces, agent.q, agent.step_sizes, agent.log, False) else NOT_FINITE
+
+
+@kernel
+def update(algorithm: TeamQState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
+    """Let the error reach all pairs that have a trace; ``agent.q`` (S, A) changes, partly later."""
     traces, q, state, action = algorithm.traces, agent.q, transition.state, transition.action
-    best = best_value(q, agent.action_mask, state)
-    is_worse = q[state, action] < best - _TIE * abs(best)
-    if algorithm.cut_traces and is_worse and not flush_traces(traces, q, agent.step_sizes, agent.log, False):
-        return False
     sync_row(traces, q, agent.step_sizes, agent.log, transition.next_state)
     target = transition.reward + transition.discount * best_value(q, agent.action_mask, transition.next_state)
     return learn(traces, q, agent.step_sizes, agent.log, state, action, target - q[state, action])
 
 
-register_algorithm(TeamQState, act=act_on_synced_row, update=update, end_episode=end_with_traces)
+register_algorithm(TeamQState, act=act, update=update, end_episode=end_with_traces)
 
 
 class TeamQ(TracingLearner):

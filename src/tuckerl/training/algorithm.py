@@ -13,7 +13,7 @@ from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.policies.policy import choose
 
 NOT_FINITE = -1
-"""What `learn_and_act` returns instead of an action when a value is not finite any more."""
+"""What `act` and `learn_and_act` return instead of an action when a value is not finite any more."""
 
 _ACT: dict[type, Callable[..., int]] = {}
 _UPDATE: dict[type, Callable[..., bool]] = {}
@@ -61,7 +61,7 @@ def register_algorithm(
         Learns from a step; returns whether the values that it wrote are finite. `next_action` has a meaning only with
         `on_policy`.
     act : kernel ``(algorithm, agent, state) -> action``, optional
-        Chooses an action. Default: the policy does.
+        Chooses an action. Default: the policy does. Without `on_policy` it may return `NOT_FINITE`.
     end_episode : kernel ``(algorithm, agent, finished) -> bool``, optional
         Called at the end of an episode, with `finished` False where an error breaks it off; returns whether the tables
         are finite. Default: nothing to do.
