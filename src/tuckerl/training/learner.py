@@ -46,6 +46,7 @@ from tuckerl.training.parameters import (
     check_step,
     merged_signature,
 )
+from tuckerl.training.policies.greedy import Greedy
 from tuckerl.training.policies.policy import Policy
 from tuckerl.training.prediction import Predictor
 from tuckerl.training.python_calls import PythonCall
@@ -178,6 +179,7 @@ class Learner(ABC):
         check_equal_spaces(self.problem, self.tensor_step)
         self.initial_q = check_initial_q(initial_q, shape)
         self._acting_policy = self.adapt_policy(self.default_policy(chosen) if policy is None else chosen)
+        self._target_policy = self._acting_policy.target() or Greedy()
         self._state = self._new_state()
         self._prediction_rng = np.random.default_rng(child(self.seed_sequence, _PREDICTION_STREAM))
 
@@ -388,6 +390,7 @@ class Learner(ABC):
         return Predictor(
             self.problem,
             self._acting_policy,
+            self._target_policy,
             q,
             declared,
             state.action_masks,

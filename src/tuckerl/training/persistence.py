@@ -28,14 +28,21 @@ if TYPE_CHECKING:
 
 _Learner = TypeVar("_Learner", bound="Learner")
 
-_STORED_NAMES = {"compiled": "lift", "cut_traces": "cut", "search_control": "walk", "exploration": "exploration"}
-_STORED_VALUES: dict[str, dict[Any, Any]] = {
-    "compiled": {"auto": True},
-    "cut_traces": {},
-    "search_control": {},
-    "exploration": {"independent": "members", "joint": "team"},
+
+class _Stored(NamedTuple):
+    """What files call a parameter, and those of its values that they call otherwise."""
+
+    name: str
+    values: dict[Any, Any]
+
+
+_STORED = {
+    "compiled": _Stored("lift", {"auto": True}),
+    "cut_traces": _Stored("cut", {}),
+    "search_control": _Stored("walk", {}),
+    "exploration": _Stored("exploration", {"independent": "members", "joint": "team"}),
 }
-"""The names of parameters and of their values in files, where they differ: format 2 has those of the first shape."""
+"""Parameters that files call otherwise, as format 2 has the names of the first shape."""
 
 
 class SavedLearner(NamedTuple):
@@ -175,32 +182,30 @@ def _restored_step(header: Header | None, given: TensorStep | None, path: Path) 
     return given
 
 
-def _stored_names(kind: "type[Learner]") -> dict[str, str]:
-    """Return the names that files know a learner's parameters by, where they differ; not those of a user's own."""
+def _stored_forms(kind: "type[Learner]") -> dict[str, _Stored]:
+    """Return how files hold a learner's parameters, where it differs; not those of a user's own."""
     ours = next(base for base in kind.__mro__ if base.__module__.startswith("tuckerl."))
-    return {name: stored for name, stored in _STORED_NAMES.items() if name in keywords_of(ours)}
+    return {name: form for name, form in _STORED.items() if name in keywords_of(ours)}
 
 
 def _stored_parameters(kind: "type[Learner]", parameters: Mapping[str, Any]) -> Header:
     """Return a learner's parameters as JSON, under the names that files know them by."""
     header: Header = {}
-    names = _stored_names(kind)
+    forms = _stored_forms(kind)
     for name, value in parameters.items():
-        values = _STORED_VALUES[name] if name in names else {}
+        form = forms.get(name, _Stored(name, {}))
         plain = _policy_as_json(value) if isinstance(value, Policy) else as_json(value)
-        header[names.get(name, name)] = values[value] if isinstance(value, str) and value in values else plain
+        header[form.name] = form.values[value] if isinstance(value, str) and value in form.values else plain
     return header
 
 
 def _restored_parameters(kind: "type[Learner]", header: Header) -> dict[str, Any]:
     """Return the parameters that `_stored_parameters` was given."""
-    names = {stored: name for name, stored in _stored_names(kind).items()}
+    names = {form.name: name for name, form in _stored_forms(kind).items()}
     parameters: dict[str, Any] = {}
     for stored, value in header.items():
         name = names.get(stored, stored)
-        meant = (
-            {stored_value: own for own, stored_value in _STORED_VALUES.get(name, {}).items()} if stored in names else {}
-        )
+        meant = {held: own for own, held in _STORED[name].values.items()} if stored in names else {}
         if name == "policy" and value is not None:
             parameters[name] = _policy_from_json(value)
         else:

@@ -14,7 +14,6 @@ from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
 from tuckerl.training.evaluation_algorithm import EvaluationState
 from tuckerl.training.policies.greedy import Greedy
 from tuckerl.training.policies.policy import Policy, write_probabilities
-from tuckerl.training.schedules import ScheduleValues
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 _NO_RECORD = EpisodeRecord(np.zeros(0, np.int64), np.zeros(0), np.zeros(1, np.int64), np.zeros((0, 0)), 0)
@@ -36,6 +35,8 @@ class Predictor:
     problem : Problem
     policy : Policy
         By which the agents act while they learn.
+    target : Policy
+        Which they learn, without exploration.
     q : (N, S, A) float64
     declared : sequence of mapping
         Each agent's declared arrays by name.
@@ -53,6 +54,7 @@ class Predictor:
         self,
         problem: Problem,
         policy: Policy,
+        target: Policy,
         q: FloatArray,
         declared: Sequence[Mapping[str, Any]],
         action_masks: Sequence[BoolArray],
@@ -62,7 +64,8 @@ class Predictor:
         rng: np.random.Generator,
     ) -> None:
         self.problem, self.q = problem, q
-        self._policy, self._declared, self._action_masks = policy, declared, action_masks
+        self._policy, self._target = policy, target
+        self._declared, self._action_masks = declared, action_masks
         self._episode, self._random_ties, self._rng = episode, random_ties, rng
 
     def agent(
@@ -87,7 +90,7 @@ class Predictor:
             Where episodes are to be played.
         """
         table, policy = self._followed(agent, deterministic)
-        scheduled = ScheduleValues(policy.schedules()).values(self._episode + 1)[self._episode].copy()
+        scheduled = policy.schedule_values.values(self._episode + 1)[self._episode].copy()
         n_states, n_actions = table.shape
         return AgentArrays(
             algorithm=EvaluationState(),
@@ -108,7 +111,7 @@ class Predictor:
         q = self.q[agent]
         if deterministic:
             return self._policy.preferences(q, self._declared[agent]), Greedy()
-        return q, self._policy if deterministic is False else self._policy.target() or Greedy()
+        return q, self._policy if deterministic is False else self._target
 
     def _without_effect(self, policy: Policy, agent: int) -> dict[str, Any]:
         """Return an agent's declared arrays, copies of those that the policy changes: learning must not notice."""

@@ -2,12 +2,13 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from inspect import signature
 from typing import Any
 
 from tuckerl._jit import by_kind
 from tuckerl.training.declared_state import DeclaredArray
-from tuckerl.training.schedules import Schedule
+from tuckerl.training.schedules import Schedule, ScheduleValues
 from tuckerl.types import FloatArray
 
 _CHOOSE: dict[type, Callable[..., int]] = {}
@@ -48,6 +49,11 @@ class Policy(ABC):
     def schedules(self) -> dict[str, Schedule]:
         """Return the numbers that may follow a schedule, by name; kernels find their values in this order."""
         return {}
+
+    @cached_property
+    def schedule_values(self) -> ScheduleValues:
+        """The values of `schedules`, kept as far as they have been needed."""
+        return ScheduleValues(self.schedules())
 
     def declare_state(self) -> tuple[DeclaredArray, ...]:
         """Return the arrays that the policy changes while learning goes on; see :class:`DeclaredArray`."""
