@@ -231,5 +231,5 @@ def test_what_an_error_breaks_off_is_kept_and_learning_goes_on() -> None:
     assert learner.episodes == 0
     assert (learner.q[:, :2] != 0).any(axis=2).all(), "two steps were learned from"
     assert not learner.q[:, 2:].any()
-    learner._state.worlds[0].env.at = 99  # type: ignore[attr-defined]
+    learner._state.worlds[0].env.at = 99  # type: ignore[attr-defined]  # Python steps this world
     assert learner.learn(2).steps.tolist() == [[9, 9], [9, 9]]

@@ -167,9 +167,9 @@ def test_a_log_that_is_full_has_room_for_what_an_error_broke_off(tmp_path: Path)
         with pytest.raises(EnvironmentFaultError):
             learner.learn(4)
         learner.save(tmp_path / "agent")
-        n_steps = learner._state.worlds[0].env.n_steps  # type: ignore[attr-defined]
+        n_steps = learner._state.worlds[0].env.n_steps  # type: ignore[attr-defined]  # Python steps this world
         learner = QLearning.load(tmp_path / "agent", env=AllOver([30, 38]))
-        learner._state.worlds[0].env.n_steps = n_steps  # type: ignore[attr-defined]
+        learner._state.worlds[0].env.n_steps = n_steps  # type: ignore[attr-defined]  # Python steps this world
         assert learner.change_logs[0].cursor[ENTRIES] == 16 == learner.change_logs[0].state.size
     learner.save(tmp_path / "agent")
     learner.learn(1)

@@ -115,7 +115,7 @@ def test_wrong_parameters_of_teams(parameters: dict[str, Any], error: type[Tucke
 
 def test_sarsa_lambda_has_no_cut() -> None:
     with pytest.raises(ParameterTypeError, match="SarsaLambda has no parameter 'cut_traces'"):
-        SarsaLambda(PROBLEM, cut_traces=True)  # type: ignore[call-arg]
+        SarsaLambda(PROBLEM, cut_traces=True)  # type: ignore[call-arg]  # wrong on purpose
 
 
 def test_dyna_h_without_any_heuristic() -> None:

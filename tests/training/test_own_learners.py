@@ -163,7 +163,7 @@ def test_deterministic_is_true_false_or_none(value: Any) -> None:
 def test_numpy_bools_are_flags() -> None:
     learner = QLearning(WORLD, policy=Greedy(), seed=0).learn(2)
     for flag in (True, False):
-        assert learner.predict(0, deterministic=np.bool_(flag)) == learner.predict(0, deterministic=flag)  # type: ignore[arg-type]
+        assert learner.predict(0, deterministic=np.bool_(flag)) == learner.predict(0, deterministic=flag)  # type: ignore[arg-type]  # NumPy's are no bool to the type checker
 
 
 @pytest.mark.parametrize(("share", "shape"), [("none", ("states", "agents")), ("by_row", ("states",)), ("by_row", ())])

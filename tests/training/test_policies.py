@@ -126,7 +126,7 @@ def test_what_is_no_policy_is_refused(given: Any) -> None:
     ("made", "error", "message"),
     [
         (lambda: EpsilonGreedy(1.5), ParameterError, r"epsilon must be a number in \[0, 1\]; got 1.5"),
-        (lambda: EpsilonGreedy("much"), ParameterTypeError, "epsilon must be .* got 'much'"),  # type: ignore[arg-type]
+        (lambda: EpsilonGreedy("much"), ParameterTypeError, "epsilon must be .* got 'much'"),  # type: ignore[arg-type]  # wrong on purpose
         (lambda: EpsilonGreedy(Linear(1, 0, 5), 0.5), ParameterError, "epsilon is a schedule already"),
         (lambda: OwnDistribution("chances", -1.0), ParameterError, r"epsilon must be a number in \[0, 1\]; got -1.0"),
     ],

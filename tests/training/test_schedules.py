@@ -130,17 +130,17 @@ def test_random_predictions_use_the_present_epsilon() -> None:
         (lambda: Exponential(0.5, 0.9, minimum=2), ParameterError, r"minimum must be .* got 2.0"),
         (lambda: Linear(1, -1, 5), ParameterError, r"stop must be a number in \[0, 1\]; got -1.0"),
         (lambda: Linear(1, 0, 0), ParameterError, "episodes must be a whole number of at least 1; got 0"),
-        (lambda: Linear(1, 0, 2.5), ParameterTypeError, "episodes must be .* got 2.5 of type float"),  # type: ignore[arg-type]
+        (lambda: Linear(1, 0, 2.5), ParameterTypeError, "episodes must be .* got 2.5 of type float"),  # type: ignore[arg-type]  # wrong on purpose
         (lambda: Harmonic(1, 0), ParameterError, "half_after must be a finite number above 0; got 0.0"),
-        (lambda: Harmonic("1", 1), ParameterTypeError, "start must be .* got '1' of type str"),  # type: ignore[arg-type]
+        (lambda: Harmonic("1", 1), ParameterTypeError, "start must be .* got '1' of type str"),  # type: ignore[arg-type]  # wrong on purpose
         (lambda: Harmonic(float("nan"), 1), ParameterError, "start must be .* got nan"),
         (
             lambda: QLearning(PROBLEM, epsilon=Linear(1, 0, 5), epsilon_decay=0.9),
             ParameterError,
             "epsilon is a schedule already: leave epsilon_decay at 1; got 0.9",
         ),
-        (lambda: QLearning(PROBLEM, alpha=Linear), ParameterTypeError, "alpha must be .* got <class"),  # type: ignore[arg-type]
-        (lambda: QLearning(PROBLEM, gamma=Linear(1, 0, 5)), ParameterTypeError, "gamma must be .* got Linear"),  # type: ignore[arg-type]
+        (lambda: QLearning(PROBLEM, alpha=Linear), ParameterTypeError, "alpha must be .* got <class"),  # type: ignore[arg-type]  # wrong on purpose
+        (lambda: QLearning(PROBLEM, gamma=Linear(1, 0, 5)), ParameterTypeError, "gamma must be .* got Linear"),  # type: ignore[arg-type]  # wrong on purpose
     ],
 )
 def test_impossible_schedules_are_refused(make: Any, error: type[Exception], message: str) -> None:

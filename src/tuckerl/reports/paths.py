@@ -80,8 +80,8 @@ def _draw_panel(axes: Axes, maze: Maze, cells: list[Cell], look: LineStyle) -> N
     axes.add_collection(PolyCollection(squares, facecolors=_WALL, edgecolors="none"), autolim=False)
     axes.plot([c for _, c in cells], [r for r, _ in cells], color=look.colour, linewidth=1.5, solid_joinstyle="round")
     ring = {"linestyle": "none", "markerfacecolor": "white", "markeredgewidth": 1.2, "zorder": 4}
-    axes.plot(*maze.start[::-1], marker="s", markersize=5, markeredgecolor=BLACK, label="start", **ring)  # type: ignore[arg-type]
-    axes.plot(*maze.goal[::-1], marker="D", markersize=5, markeredgecolor=BLACK, label="goal", **ring)  # type: ignore[arg-type]
+    axes.plot(*maze.start[::-1], marker="s", markersize=5, markeredgecolor=BLACK, label="start", **ring)  # type: ignore[arg-type]  # keywords of several types
+    axes.plot(*maze.goal[::-1], marker="D", markersize=5, markeredgecolor=BLACK, label="goal", **ring)  # type: ignore[arg-type]  # keywords of several types
     axes.set_xlim(-0.5, maze.columns - 0.5)
     axes.set_ylim(maze.rows - 0.5, -0.5)  # row 0 is at the top
     axes.set_aspect("equal")

@@ -131,7 +131,7 @@ def _draw_keys(figure: Figure, norm: Normalize, *, with_empty: bool) -> None:
     bar.set_label("better than the base by (%, root scale)", fontsize=8, labelpad=1)
     dot = {"linestyle": "none", "markersize": 5, "markeredgecolor": BLACK, "markeredgewidth": 0.8}
     keys: list[Line2D | Patch] = [
-        Line2D([], [], marker=marker, markerfacecolor="white" if marker == "o" else BLACK, label=verdict, **dot)  # type: ignore[arg-type]
+        Line2D([], [], marker=marker, markerfacecolor="white" if marker == "o" else BLACK, label=verdict, **dot)  # type: ignore[arg-type]  # keywords of several types
         for verdict, marker in VERDICT_MARKERS.items()
     ]
     keys.append(Patch(facecolor="white", edgecolor=BLACK, linewidth=2, label=f"verdict other than {DEFAULT}"))

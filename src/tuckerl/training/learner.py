@@ -588,4 +588,4 @@ class Learner(ABC):
 
 
 _own = signature(Learner.__init__)
-Learner.__signature__ = _own.replace(parameters=list(_own.parameters.values())[1:])  # type: ignore[attr-defined]
+Learner.__signature__ = _own.replace(parameters=list(_own.parameters.values())[1:])  # type: ignore[attr-defined]  # for help()

@@ -222,7 +222,7 @@ def _draw_values(axes: Axes, known: FloatArray) -> None:
         look = {"color": BLUE, "linewidth": 1.8} if agent == 0 else {"color": "0.6", "linewidth": 0.9}
         name = "agent 0" if agent == 0 else "the other agents" if agent == len(known) - 1 else "_"
         marker = "o" if sorted_values.size == 1 else ""
-        axes.plot(np.arange(1, sorted_values.size + 1), sorted_values, label=name, marker=marker, **look)  # type: ignore[arg-type]
+        axes.plot(np.arange(1, sorted_values.size + 1), sorted_values, label=name, marker=marker, **look)  # type: ignore[arg-type]  # keywords of several types
     if not np.isfinite(known).any():
         axes.text(0.5, 0.5, "no state prefers an action", transform=axes.transAxes, horizontalalignment="center")
     elif len(known) > 1:
