@@ -2,10 +2,10 @@
 PYTHON ?= python3
 BIN := .venv/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup reproduce test check format bench docs lock clean
+.PHONY: help setup reproduce test test-long check format bench docs lock clean
 
 help: ## list the targets
-	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
+	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
 
 setup: .venv/.complete ## make .venv/ from the locked versions, the package editable in it
 
@@ -20,8 +20,11 @@ setup: .venv/.complete ## make .venv/ from the locked versions, the package edit
 reproduce: setup ## run the paper's experiments and write results/paper
 	$(BIN)/tuckerl reproduce --overwrite
 
-test: setup ## run all tests
+test: setup ## run all tests but the long ones
 	$(BIN)/python -m pytest -n auto
+
+test-long: setup ## run the tests that take minutes: fuzzers in their large form
+	$(BIN)/python -m pytest -n auto -m long
 
 check: setup ## formatter, linter and types, as CI does
 	$(BIN)/ruff format --check .
