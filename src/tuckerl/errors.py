@@ -57,6 +57,10 @@ class TableSizeError(ProblemError, MemoryError):
     """A table has more entries than the machine has memory for."""
 
 
+class ImmutableError(TuckerlError, AttributeError):
+    """Something was to be changed that does not change once it is made."""
+
+
 class ProblemCheckError(TuckerlError, AssertionError):
     """A problem breaks a promise that learners rely on."""
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from tuckerl.checks import check_int, check_name, check_real
 from tuckerl.errors import MazeError, ParameterTypeError
+from tuckerl.problems.immutable import Immutable
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
@@ -24,9 +25,9 @@ ACTION_NAMES = ("up", "down", "left", "right")
 MAX_DRAWS = 1000
 
 
-@dataclass(frozen=True, eq=False)
-class Maze:
-    """A grid of walls with a start and a goal that a path joins.
+@dataclass(eq=False)
+class Maze(Immutable):
+    """A grid of walls with a start and a goal that a path joins; it does not change once it is made.
 
     Parameters
     ----------
@@ -46,10 +47,10 @@ class Maze:
 
     def __post_init__(self) -> None:
         walls = check_walls(self.walls)
-        object.__setattr__(self, "walls", walls)
+        self.walls = walls
         for name in ("start", "goal"):
             cell = _check_cell(name, getattr(self, name), walls.shape)
-            object.__setattr__(self, name, cell)
+            setattr(self, name, cell)
             if walls[cell]:
                 raise MazeError(f"{name} must be a free cell; {cell} is a wall: move it or clear the wall")
         if self.start == self.goal:
@@ -211,7 +212,7 @@ def sutton_maze() -> Maze:
 
 
 def check_walls(walls: ArrayLike) -> BoolArray:
-    """Return `walls` as a read-only copy.
+    """Return `walls` as a (rows, columns) boolean array.
 
     Raises
     ------
@@ -226,9 +227,7 @@ def check_walls(walls: ArrayLike) -> BoolArray:
         raise MazeError(f"walls must be a (rows, columns) boolean array; got shape {array.shape}")
     if array.dtype.kind != "b":
         raise ParameterTypeError(f"walls must be a boolean array, True where there is a wall; got dtype {array.dtype}")
-    copy: BoolArray = np.array(array, dtype=np.bool_, order="C")
-    copy.flags.writeable = False
-    return copy
+    return array
 
 
 def _check_cell(name: str, cell: object, shape: tuple[int, ...]) -> Cell:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tuckerl.errors import ParameterError
+from tuckerl.problems.immutable import seal
 from tuckerl.problems.outcomes import check_mask, check_outcomes, check_start, joined_outcomes
 from tuckerl.problems.parts import NO_LIMIT, Layout, as_array, check_limit
 from tuckerl.problems.problem import Arrays, Header, Problem
@@ -128,7 +129,7 @@ class TabularMDP(Problem):
             n_actions=self.n_actions,
             max_episode_steps=self.max_episode_steps or NO_LIMIT,
         )
-        self.arrays = _read_only(arrays)
+        self.arrays = arrays
 
     @classmethod
     def from_arrays(
@@ -152,7 +153,8 @@ class TabularMDP(Problem):
         mdp, limit = cls.__new__(cls), arrays.max_episode_steps
         parts |= {"heuristic": heuristic, "action_sizes": action_sizes, "layout": layout}
         Problem.__init__(mdp, n_states, arrays.n_actions, max_episode_steps=limit, **parts)
-        mdp.arrays = _read_only(arrays)
+        mdp.arrays = arrays
+        seal(mdp)
         return mdp
 
     def world(self) -> World:
@@ -224,10 +226,3 @@ class TabularMDP(Problem):
             f"TabularMDP({self.n_states} states, {self.n_actions} actions, {self.arrays.next_state.size} outcomes, "
             f"max_episode_steps={self.max_episode_steps})"
         )
-
-
-def _read_only(arrays: MDPArrays) -> MDPArrays:
-    for array in arrays:
-        if isinstance(array, np.ndarray):
-            array.flags.writeable = False
-    return arrays

@@ -39,20 +39,19 @@ def check_limit(max_episode_steps: int | None) -> int | None:
 
 
 def check_heuristic(heuristic: ArrayLike, n_states: int) -> FloatArray:
-    """Return `heuristic` as a read-only (S,) float64 array.
+    """Return `heuristic` as a (S,) float64 array.
 
     Raises
     ------
     ProblemError
         If it has another shape or a value that is not finite.
     """
-    values = as_numbers("heuristic", heuristic).copy()
+    values = as_numbers("heuristic", heuristic)
     if values.shape != (n_states,) or not np.isfinite(values).all():
         raise ProblemError(
             f"heuristic must be {n_states} finite numbers, one for each state; got an array of shape {values.shape}"
             f"{'' if np.isfinite(values).all() else ' with values that are not finite'}"
         )
-    values.flags.writeable = False
     return values
 
 

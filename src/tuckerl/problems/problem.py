@@ -6,7 +6,7 @@ kernels, which :func:`tuckerl.problems.dynamics.register_dynamics` lists. One li
 """
 
 import itertools
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterError
+from tuckerl.problems.immutable import Immutable
 from tuckerl.problems.parts import (
     Layout,
     StateFactor,
@@ -40,8 +41,10 @@ Choose = Callable[[int, NDArray[Any], BoolArray | None], NDArray[Any]]
 observation carried, (..., A) bool, or None."""
 
 
-class Problem(ABC):
+class Problem(Immutable):
     """A problem that learners can play; it does not change once it is made.
+
+    Attributes that a subclass assigns in its constructor do not change either, and its arrays are read-only.
 
     Parameters
     ----------
@@ -89,6 +92,8 @@ class Problem(ABC):
         If a part does not fit the numbers of states and actions.
     ParameterError, ParameterTypeError
         If a number is impossible.
+    ImmutableError
+        Later, if an attribute is to be assigned or deleted.
     """
 
     kind: ClassVar[str]
@@ -97,6 +102,10 @@ class Problem(ABC):
     is_compiled: ClassVar[bool] = True
     is_data: ClassVar[bool] = False
     shares_world: ClassVar[bool] = False
+    instead: ClassVar[dict[str, str]] = {
+        "max_episode_steps": "with_time_limit(steps) returns one with another limit",
+        "source": "with_source(source) returns one that is called so",
+    }
 
     agents: tuple[Any, ...] = ()
     has_equal_spaces = True
@@ -172,7 +181,7 @@ class Problem(ABC):
 
     def _replace(self, **changes: Any) -> Self:
         other = object.__new__(type(self))
-        vars(other).update(vars(self) | changes)
+        vars(other).update(vars(self) | changes)  # it is made, as this one is
         return other
 
     def decide(self, observation: Any, choose: Choose) -> Any:

@@ -309,7 +309,6 @@ def _check_parameters(parameters: ArrayLike) -> FloatArray:
         raise ProblemError(f"parameters must be numbers; got {parameters!r}") from error
     if not np.isfinite(numbers).all():
         raise ProblemError(f"parameters must be finite numbers; got {numbers}")
-    numbers.flags.writeable = False
     return numbers
 
 
