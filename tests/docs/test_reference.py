@@ -54,7 +54,8 @@ def test_all_public_members_of_what_authors_subclass_are_listed(kind: type) -> N
     full = f"{kind.__module__}.{kind.__name__}"
     listed = set(entries()[full])
     listed |= {name.removeprefix(f"{full}.") for name in entries() if name.startswith(f"{full}.")}
-    public = {name for name in vars(kind) if not name.startswith("_")}
+    ours = [base for base in kind.__mro__ if base.__module__.startswith("tuckerl.")]
+    public = {name for base in ours for name in vars(base) if not name.startswith("_")}
     assert public <= listed
 
 

@@ -1,12 +1,11 @@
 """What every learner is: parameters that are checked once, tables of N agents, and how they are learned and used.
 
 A learner's own file holds its state, its kernels and a thin class. The base class here is put together from parts: what
-learning changes (`training_state`), learning itself (`trainer`), prediction and evaluation (`prediction`, `evaluation`)
-and files (`persistence`).
+learning changes (`training_state`) and what of it is shown (`learned`), learning itself (`trainer`), prediction and
+evaluation (`prediction`, `evaluation`) and files (`persistence`).
 """
 
 import warnings
-from abc import ABC
 from collections.abc import Callable, Mapping, Sequence
 from inspect import signature
 from os import PathLike
@@ -24,9 +23,7 @@ from tuckerl.errors import (
     SavedFileError,
     SavedFileMissingError,
 )
-from tuckerl.generalization.change_log import ChangeLog
-from tuckerl.generalization.loadings import Loadings
-from tuckerl.generalization.step import TensorStep, TensorStepHistory, empty_history
+from tuckerl.generalization.step import TensorStep
 from tuckerl.problems.problem import Problem
 from tuckerl.rng import child, seed_sequence
 from tuckerl.training import persistence
@@ -35,7 +32,7 @@ from tuckerl.training.algorithm import check_registered
 from tuckerl.training.callbacks.base import CallbackLike
 from tuckerl.training.declared_state import Declaration
 from tuckerl.training.evaluation import Evaluation, evaluate
-from tuckerl.training.history import EpisodeHistory
+from tuckerl.training.learned import Learned
 from tuckerl.training.parameters import (
     check_deterministic,
     check_equal_spaces,
@@ -51,16 +48,16 @@ from tuckerl.training.policies.policy import Policy
 from tuckerl.training.prediction import Predictor
 from tuckerl.training.python_calls import PythonCall
 from tuckerl.training.schedules import Schedule, as_number, as_schedule
-from tuckerl.training.trainer import WINDOW, Trainer
+from tuckerl.training.trainer import Trainer
 from tuckerl.training.training_state import TrainingState
-from tuckerl.types import BoolArray, FloatArray, IntArray, Seed
+from tuckerl.types import FloatArray, Seed
 
 _PREDICTION_STREAM = 2**32 - 2  # the child of the seed for predictions that are drawn
 _EVALUATION_STREAM = 2**32 - 3  # and that for evaluate()
 _DIVERGED = "a table was not finite any more in episode {}, where learning stopped: a smaller alpha may keep it finite"
 
 
-class Learner(ABC):
+class Learner(Learned):
     """A tabular learner of N agents, each in its own copy of the problem.
 
     Parameters
@@ -171,9 +168,7 @@ class Learner(ABC):
         self.compiled = check_compiled(compiled)
         options = {"bins": bins, "compiled": self.compiled, "team_reward": self.team_reward}
         self.problem: Problem = as_problem(env, self.adapter_options(options))
-        """What is played: arrays, compiled functions, or an environment that is stepped in Python."""
         self.n_agents = self.problem.n_tables(n_agents)
-        """Length of the agent axis: the number of agents, or of a PettingZoo environment's agents."""
         shape = (self.problem.n_states, self.problem.n_actions)
         check_memory(self.n_agents, *shape)
         check_equal_spaces(self.problem, self.tensor_step)
@@ -442,144 +437,12 @@ class Learner(ABC):
         for world, held in zip(self._state.worlds, header.get("worlds", ()), strict=False):  # format 1 had none
             world.restore(held)
 
-    # What it shows.
-
-    @property
-    def episodes(self) -> int:
-        """Number of episodes finished."""
-        return self._state.history.episodes
-
-    @property
-    def history(self) -> EpisodeHistory:
-        """Steps and returns of all episodes, not to be changed: `steps` and `returns` without a copy."""
-        return self._state.history
-
-    @property
-    def steps(self) -> IntArray:
-        """Steps of each episode, (episodes, n_agents)."""
-        return self._state.history.steps.T.copy()
-
-    @property
-    def returns(self) -> FloatArray:
-        """Undiscounted return of each episode, (episodes, n_agents)."""
-        return self._state.history.returns.T.copy()
-
-    @property
-    def first_agent_steps(self) -> int:
-        """Steps of the first agent in all its episodes: what ``learn(steps=...)`` counts."""
-        return self._state.history.first_agent_steps
-
-    @property
-    def q(self) -> FloatArray:
-        """A copy of the tables, (n_agents, S, A)."""
-        return self._state.q.copy()
-
-    @property
-    def declared(self) -> tuple[dict[str, Any], ...]:
-        """What each agent keeps under the names of `declare_state` and of the policy's; not copies."""
-        return self._state.declared
-
-    @property
-    def acting_policy(self) -> Policy:
-        """The policy by which actions are chosen while learning."""
-        return self._acting_policy
-
-    @property
-    def change_logs(self) -> tuple[ChangeLog, ...]:
-        """Which rows of each agent's table changed in the present window, as the kernels recorded it."""
-        return self._state.logs
-
-    @property
-    def action_mask(self) -> BoolArray | None:
-        """Where an action may be taken, as far as is known, (n_agents, S, A); None where all may."""
-        tables = self._state.action_masks
-        return np.stack(tables) if all(table.size for table in tables) else None
-
-    @property
-    def action_weights(self) -> FloatArray:
-        """The learning-rate weight of each action, (A,); ones before the first window ends."""
-        return self._state.weights.copy()
-
-    @property
-    def tensor_step_history(self) -> TensorStepHistory:
-        """The weights and the chosen agent of every window; empty without a tensor step."""
-        step = self._state.tensor_step
-        return empty_history(self.problem.n_actions) if step is None else step.history
-
-    @property
-    def loadings(self) -> Loadings | None:
-        """The factors of the latest window that the tensor step has decomposed; None before that."""
-        return None if self._state.tensor_step is None else self._state.tensor_step.loadings
-
-    @property
-    def tensor_step_seconds(self) -> float:
-        """Processor time that the tensor step has taken since this learner was made or loaded."""
-        return 0.0 if self._state.tensor_step is None else self._state.tensor_step.seconds
-
-    @property
-    def window(self) -> int:
-        """Episodes from one tensor step to the next; without one, from one call of callbacks to the next."""
-        return WINDOW if self.tensor_step is None else self.tensor_step.every
-
-    @property
-    def diverged_at(self) -> int | None:
-        """The episode in which a table was not finite any more, where learning stopped; None if there is none."""
-        return self._state.diverged_at
-
-    @property
-    def has_partial_episode(self) -> bool:
-        """Whether an error has broken off the latest episode of an agent."""
-        return bool(self._state.partial.any())
-
-    @property
-    def is_saveable(self) -> bool:
-        """Whether a file would hold what goes on as if it had never stopped: not diverged, no partial episode."""
-        return self._state.is_saveable
-
-    @property
-    def in_sync(self) -> bool:
-        """Whether all agents are at one episode, and the tensor step of the latest window is done."""
-        return self._state.in_sync
-
-    @property
-    def trajectories(self) -> tuple[IntArray, ...]:
-        """Each agent's states in its latest episode, a million at most; none if there is none that was whole."""
-        state = self._state
-        if self.episodes == 0 or not (state.history.in_sync and state.is_saveable):
-            return tuple(np.zeros(0, dtype=np.int64) for _ in range(self.n_agents))
-        last = state.history.steps[:, -1]
-        return tuple(state.trajectory[agent, : n + 1].copy() for agent, n in enumerate(last))
-
-    @property
-    def scheduled_names(self) -> tuple[str, ...]:
-        """The numbers that may follow a schedule: "alpha", then the algorithm's own and the policy's."""
-        return self._state.schedules.names
-
-    def scheduled(self, name: str) -> FloatArray:
-        """Return the values of "alpha", "epsilon" or another scheduled number in all episodes so far, (episodes,).
-
-        Raises
-        ------
-        UnknownNameError
-            If this learner has no such number.
-        """
-        schedules = self._state.schedules
-        column = schedules.names.index(check_name("scheduled number", name, schedules.names))
-        return schedules.values(self.episodes)[: self.episodes, column].copy()
+    # What it shows, besides what `Learned` has.
 
     @property
     def parameters(self) -> dict[str, Any]:
         """What its constructor was given or took by default, but for arrays, the seed and the tensor step."""
         return persistence.plain_parameters(self)
-
-    def to_frame(self) -> Any:
-        """Return the history as a Polars frame: a row for each agent and episode, with its steps and return."""
-        import polars as pl  # takes longer to import than all the rest
-
-        history = self._state.history
-        agent, episode = np.meshgrid(np.arange(self.n_agents), np.arange(self.episodes), indexing="ij")
-        columns = {"agent": agent, "episode": episode, "steps": history.steps, "return": history.returns}
-        return pl.DataFrame({name: values.ravel() for name, values in columns.items()})
 
     def __repr__(self) -> str:
         parameters = self.parameters | {"tensor_step": self.tensor_step}
