@@ -11,10 +11,10 @@ from tests.adapters.parallel_worlds import Masked, Unequal
 from tuckerl._jit import call_python, python_callback
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem, GymnasiumWorld
 from tuckerl.adapters.joint import JointEnv
-from tuckerl.adapters.python_problem import STEP_CAP
 from tuckerl.adapters.python_world import FAULT, YIELD
 from tuckerl.errors import EnvironmentFaultError, ProblemError
 from tuckerl.problems.dynamics import is_out_of_time, must_return, reset, step
+from tuckerl.problems.parts import STEP_CAP
 from tuckerl.rng import seed_sequence, stream
 
 RNG = stream(seed_sequence(0))

@@ -13,13 +13,13 @@ from pettingzoo.utils.wrappers import MultiEpisodeParallelEnv
 
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.python_problem import STEP_CAP
 from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.environments.dyna_maze import DynaMazeEnv
 from tuckerl.environments.robot_rescue_env import RobotRescueEnv
 from tuckerl.errors import MazeError, ParameterError, ParameterTypeError, ProblemError, SpaceError, UnknownNameError
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.parts import STEP_CAP
 from tuckerl.problems.problem import Problem
 
 ID = "tuckerl/DynaMaze-v0"
@@ -55,8 +55,9 @@ class ObedientTimeLimit(TimeLimit[Any, Any]):
 
 
 def test_problems_of_this_library() -> None:
-    mdp = TabularMDP([[0]], [[1]], [[True]])
+    mdp = TabularMDP([[0]], [[1]], [[True]], max_episode_steps=9)
     assert as_problem(mdp) is mdp
+    assert as_problem(mdp.with_time_limit(None)).max_episode_steps == STEP_CAP
     assert as_problem(sutton_maze()).max_episode_steps == 2000
 
 

@@ -17,12 +17,23 @@ from tests.adapters.parallel_worlds import Leaving
 from tests.learners.stepped_worlds import SeededTableEnv, TableEnv
 from tests.learners.worlds import random_mdp
 from tests.training.test_resume import assert_same
-from tuckerl import Callback, DynaH, JointEnv, QLearning, Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ, TensorStep
+from tuckerl import (
+    Callback,
+    DynaH,
+    JointEnv,
+    QLearning,
+    Sarsa,
+    SarsaLambda,
+    Simulator,
+    TabularMDP,
+    TeamQ,
+    TensorStep,
+    sutton_maze,
+)
 from tuckerl.adapters import python_problem, resolve
 from tuckerl.errors import EnvironmentFaultError, ObservationError, SimulatorError, StepCapWarning, TableSizeError
 from tuckerl.generalization.change_log import ENTRIES
 from tuckerl.interrupts import interrupts_held_back, is_impatient
-from tuckerl.training import evaluation
 from tuckerl.training.trainer import Trainer
 
 MDP = random_mdp(5, n_states=6, limit=12, ends=0.05)
@@ -359,27 +370,46 @@ def small_cap(monkeypatch: pytest.MonkeyPatch) -> int:
 ENDLESS = random_mdp(1, ends=0.0, limit=10**6)
 
 
+def _resets(parameters: Any, state: Any, rng: Any) -> None:
+    state[0] = 0.0
+
+
+def _goes_round(parameters: Any, state: Any, action: int, rng: Any) -> tuple[float, bool]:
+    state[0] = 1.0 - state[0]
+    return -1.0, False
+
+
+ENDLESS_PROBLEMS: dict[str, Any] = {
+    "table": lambda: TabularMDP([[0, 1], [0, 1]], np.zeros((2, 2)), np.zeros((2, 2), np.bool_)),
+    "maze": lambda: sutton_maze().to_mdp(max_episode_steps=None),
+    "simulator": lambda: Simulator(_resets, _goes_round, n_states=2, n_actions=2),
+    "environment": lambda: TableEnv(ENDLESS),
+    "agents": lambda: Leaving((10**6, 2)),
+}
+
+
+@pytest.mark.parametrize("kind", ENDLESS_PROBLEMS)
+def test_problems_of_every_kind_are_cut_off_where_nothing_limits_them(kind: str, small_cap: int) -> None:
+    learner = QLearning(ENDLESS_PROBLEMS[kind](), epsilon=0.0, ties="first", seed=0)
+    assert learner.problem.is_capped
+    with pytest.warns(StepCapWarning, match="cut off after 25 steps"):
+        learner.learn(steps=60)
+    assert learner.steps[:, 0].tolist() == [25] * 3, "60 steps and what is left of the last episode"
+    with pytest.warns(StepCapWarning, match="cut off after 25 steps"):
+        assert learner.evaluate(2).steps.max() == 25
+
+
 @pytest.mark.parametrize("made", [lambda: QLearning(TableEnv(ENDLESS), seed=0), lambda: TeamQ(TableEnv(ENDLESS))])
 def test_an_environment_that_never_ends_is_cut_off_with_one_warning(made: Any, small_cap: int) -> None:
     learner = made()
-    with pytest.warns(StepCapWarning, match="cut off after 25 steps, as the environment has no time limit") as caught:
+    message = "cut off after 25 steps, as the environment has no time limit: set one, for example by max_episode_steps"
+    with pytest.warns(StepCapWarning, match=message) as caught:
         learner.learn(3).learn(2)
     assert [warning.filename for warning in caught] == [__file__]
     assert learner.steps.tolist() == [[25]] * 5
     with pytest.warns(StepCapWarning, match="cut off after 25 steps") as caught:
         learner.evaluate(2)
     assert [warning.filename for warning in caught] == [__file__]
-
-
-def test_greedy_episodes_of_a_users_own_endless_table_are_cut_off_with_a_warning(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(evaluation, "STEP_CAP", 25)
-    circle = TabularMDP([[0, 0]], [[0.0, 0.0]], [[False, True]])
-    learner = QLearning(circle, ties="first", seed=0)
-    with pytest.warns(StepCapWarning, match="cut off after 25 steps"):
-        assert learner.evaluate(2).steps.tolist() == [[25], [25]]
-    assert not learner.problem.is_capped
 
 
 def test_agents_of_which_the_first_leaves_are_cut_off_with_a_warning(small_cap: int) -> None:

@@ -38,10 +38,24 @@ def test_steps_are_counted_anew_in_every_call() -> None:
     assert learner.learn(1).episodes == 6
 
 
-def test_of_agents_in_one_world_the_first_ones_steps_count() -> None:
+def test_of_agents_in_one_world_the_worlds_steps_count() -> None:
     # They leave after 1, 2 and 3 steps.
     learner = QLearning(Leaving(), seed=1).learn(steps=5)
-    assert learner.steps.tolist() == [[1, 2, 3]] * 5
+    assert learner.steps.tolist() == [[1, 2, 3]] * 2
+    assert learner.first_agent_steps == 6
+
+
+def test_steps_end_where_the_first_agent_is_never_there(tmp_path: Path) -> None:
+    class Late(Leaving):
+        def reset(self, seed: Any = None, options: Any = None) -> Any:
+            observations, infos = super().reset(seed, options)
+            self.agents = self.agents[1:]
+            return {agent: observations[agent] for agent in self.agents}, infos
+
+    learner = QLearning(Late(), seed=1).learn(steps=7)
+    assert learner.steps.tolist() == [[0, 2, 3]] * 3
+    learner.save(tmp_path / "agent")
+    assert QLearning.load(tmp_path / "agent", env=Late()).first_agent_steps == 9
 
 
 @pytest.mark.parametrize("n_agents", [1, 3])

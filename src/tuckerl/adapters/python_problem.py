@@ -11,13 +11,10 @@ from tuckerl.adapters.action_names import action_names_of
 from tuckerl.adapters.masks import MaskReader
 from tuckerl.adapters.python_world import EnvironmentCopies
 from tuckerl.errors import ParameterError, SavedFileError
-from tuckerl.problems.parts import StateFactor
+from tuckerl.problems.parts import STEP_CAP, StateFactor
 from tuckerl.problems.problem import GIVE_ENV, Arrays, Choose, Header, Problem
 from tuckerl.spaces.encoder import SpaceEncoder, digit_names, space_encoder, space_encoder_of_edges
 from tuckerl.types import BoolArray, FloatArray
-
-STEP_CAP = 100_000
-"""Steps after which an episode is cut off where neither the environment nor the user has set a limit."""
 
 
 class Edges(NamedTuple):

@@ -14,11 +14,11 @@ from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.adapters.joint import JointEnv
 from tuckerl.adapters.making import GymEnvironment, Made, made_of, name_of
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
-from tuckerl.adapters.python_problem import STEP_CAP
 from tuckerl.adapters.transition_tables import extract_transition_table
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.parts import STEP_CAP
 from tuckerl.problems.problem import Problem
 
 Environment = str | Made | Callable[[], Made] | Problem | Maze
@@ -64,7 +64,7 @@ def as_problem(env: Environment, options: AdapterOptions = AdapterOptions()) -> 
     and played in compiled code: a :class:`TabularMDP` in its attribute ``mdp``, a :class:`Simulator` in ``simulator``,
     or, as in Gymnasium's toy-text environments, a table ``P`` with ``initial_state_distrib``. Only wrappers that change
     nothing may stand around it: Gymnasium's checker, its order enforcer and its time limit, which is taken over. Every
-    other environment is stepped in Python.
+    other environment is stepped in Python. Where there is no time limit, episodes are cut off after 100,000 steps.
 
     Parameters
     ----------
@@ -114,7 +114,8 @@ def _own_problem(env: Problem | Maze, options: AdapterOptions) -> Problem:
     if isinstance(env, Problem) and not env.is_compiled:  # it may have been made with this reward
         return env
     _refuse_reward(options, f"a {type(env).__name__}")
-    return env.to_mdp().with_source(type(env).__name__) if isinstance(env, Maze) else env
+    problem = env.to_mdp().with_source(type(env).__name__) if isinstance(env, Maze) else env
+    return problem.with_time_limit(STEP_CAP, is_capped=True) if problem.max_episode_steps is None else problem
 
 
 def _adapted(env: Any, source: str, make: Callable[[], Any] | None, options: AdapterOptions) -> Problem:

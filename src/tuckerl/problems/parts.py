@@ -14,6 +14,9 @@ from tuckerl.types import FloatArray
 NO_LIMIT = np.iinfo(np.int64).max
 """The time limit that kernels read where there is none."""
 
+STEP_CAP = 100_000
+"""Steps after which learners cut off an episode where neither the problem nor the user has set a limit."""
+
 Layout = tuple[int, int]
 """(rows, columns) of a grid whose cells are the states, row by row."""
 

@@ -17,6 +17,7 @@ from tuckerl.checks import check_int
 from tuckerl.errors import ParameterError
 from tuckerl.problems.immutable import Immutable
 from tuckerl.problems.parts import (
+    STEP_CAP,
     Layout,
     StateFactor,
     check_action_names,
@@ -259,6 +260,7 @@ class Problem(Immutable):
 
     @classmethod
     def _check_same(cls, problem: "Problem", sizes: list[int | None], path: Path, what: str) -> None:
+        sizes = [*sizes[:2], sizes[2] or STEP_CAP]  # older files know problems without a time limit
         if problem.kind != cls.kind or problem.sizes != sizes:
             raise ParameterError(
                 f"env must be the one that {path} was saved with, {what} with (states, actions, time limit) {sizes}; "

@@ -1,6 +1,6 @@
 """How much of a problem is played."""
 
-from tuckerl.adapters.python_problem import STEP_CAP
+from tuckerl.problems.parts import STEP_CAP
 
 LONGEST = STEP_CAP
 """Steps of random play in which an episode without a time limit must end: learners cut it off there."""

@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tuckerl.adapters.python_problem import STEP_CAP
 from tuckerl.errors import StepCapWarning
 from tuckerl.interrupts import interrupts_held_back
 from tuckerl.intervals import bca_interval
@@ -16,8 +15,8 @@ from tuckerl.training.prediction import Predictor
 from tuckerl.types import FloatArray, IntArray
 
 CAPPED = (
-    "an episode was cut off after {} steps, as the environment has no time limit: set one, for example with "
-    "gymnasium.make(..., max_episode_steps=...)"
+    "an episode was cut off after {} steps, as the environment has no time limit: set one, for example by "
+    "max_episode_steps"
 )
 _BOOTSTRAP = 2**32 - 1  # the child of the seed for the interval
 _ALL = np.iinfo(np.int64).max
@@ -52,8 +51,6 @@ def evaluate(
         As of :meth:`tuckerl.training.learner.Learner.predict`.
     """
     problem = predictor.problem
-    if problem.max_episode_steps is None:  # a greedy policy may go round in circles for ever
-        problem = problem.with_time_limit(STEP_CAP, is_capped=True)
     n_agents = len(predictor.q) if problem.shares_world else 1
     world = problem.world()
     world.seed(child(sequence, 0))

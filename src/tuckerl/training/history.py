@@ -8,15 +8,22 @@ from tuckerl.types import FloatArray, IntArray
 class EpisodeHistory:
     """What N agents did in their episodes. One may be ahead of the others where an error or an interrupt came between.
 
+    Parameters
+    ----------
+    n_agents : int
+    shares_world : bool
+        Whether all agents are in one world, whose steps are those of the agent that stays longest.
+
     Attributes
     ----------
     finished : (N,) int64
         Episodes that each agent has finished.
     first_agent_steps : int
-        Steps of all episodes that the first agent has finished.
+        Steps of all episodes that the first agent has finished; of agents in one world, the world's.
     """
 
-    def __init__(self, n_agents: int) -> None:
+    def __init__(self, n_agents: int, *, shares_world: bool = False) -> None:
+        self._clocks = slice(n_agents) if shares_world else slice(1)  # of whose steps the largest number counts
         self._steps: IntArray = np.zeros((n_agents, 0), dtype=np.int64)
         self._returns: FloatArray = np.zeros((n_agents, 0))
         self.finished: IntArray = np.zeros(n_agents, dtype=np.int64)
@@ -65,12 +72,13 @@ class EpisodeHistory:
         """Count `n_episodes` more that these agents have finished."""
         if agents[0] == 0:
             first = int(self.finished[0])
-            self.first_agent_steps += int(self._steps[0, first : first + n_episodes].sum())
+            self.first_agent_steps += self._count(slice(first, first + n_episodes))
         self.finished[agents] += n_episodes
 
     def drop_last(self) -> None:
         """Forget the latest episode of all agents."""
-        self.first_agent_steps -= int(self._steps[0, self.finished[0] - 1])
+        last = int(self.finished[0]) - 1
+        self.first_agent_steps -= self._count(slice(last, last + 1))
         self.finished -= 1
 
     def to_arrays(self) -> dict[str, np.ndarray]:
@@ -83,4 +91,8 @@ class EpisodeHistory:
         self._steps, self._returns = arrays["steps"], arrays["returns"]
         n_agents, n_episodes = self._steps.shape
         self.finished = arrays.get("done", np.full(n_agents, n_episodes, dtype=np.int64))  # format 1: all equal
-        self.first_agent_steps = int(self._steps[0, : self.finished[0]].sum())
+        self.first_agent_steps = self._count(slice(int(self.finished[0])))
+
+    def _count(self, episodes: slice) -> int:
+        """Return the steps of the first agent, or of the world that all share, in some episodes."""
+        return int(self._steps[self._clocks, episodes].max(axis=0).sum())

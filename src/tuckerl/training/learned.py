@@ -52,7 +52,7 @@ class Learned(ABC):
 
     @property
     def first_agent_steps(self) -> int:
-        """Steps of the first agent in all its episodes: what ``learn(steps=...)`` counts."""
+        """Steps of the first agent in all its episodes, or of the world that all share: what `learn` counts."""
         return self._state.history.first_agent_steps
 
     @property

@@ -283,7 +283,8 @@ class Learner(Learned):
         episodes : int, optional
             How many; or ...
         steps : int, optional
-            ... stop after the episode in which the first agent has done so many more steps.
+            ... stop after the episode in which the first agent has done so many more steps; where agents share one
+            world, the world.
         callbacks : sequence of Callback or callable
             Called at the end of every window of episodes. A callable takes the learner; if it returns False, learning
             ends.

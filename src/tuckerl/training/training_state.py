@@ -88,7 +88,7 @@ class TrainingState:
         self.trajectory: IntArray = np.zeros((n_agents, longest + 1), dtype=np.int64)
         window = tensor_step.every if tensor_step is not None and tensor_step.needs_decomposition else 0
         self.logs: tuple[ChangeLog, ...] = tuple(empty_log(n_states, n_actions, window) for _ in range(n_agents))
-        self.history = EpisodeHistory(n_agents)
+        self.history = EpisodeHistory(n_agents, shares_world=len(self.worlds) < n_agents)
         self.tensor_step = None if tensor_step is None else TensorStepState(tensor_step, initial_q, n_agents, sequence)
         self.partial: BoolArray = np.zeros(n_agents, dtype=np.bool_)  # whose latest episode was broken off
         self.diverged_at: int | None = None
