@@ -90,6 +90,35 @@ def check_flag(name: str, value: object) -> bool:
     raise ParameterTypeError(f"{name} must be True or False; got {value!r}")
 
 
+MOST_SHOWN = 120
+"""Characters of a value that a message shows."""
+
+
+def shown(value: object) -> str:
+    """Return how Python writes a value, in one line, cut where it would fill the screen."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= MOST_SHOWN else f"{text[: MOST_SHOWN - 3]}..."
+
+
+def refuse_mask(name: str, values: object) -> None:
+    """Refuse a masked array, or lists with one in them: NumPy would take what lies under the mask.
+
+    Raises
+    ------
+    ParameterTypeError
+        If there is one.
+    """
+    if isinstance(values, np.ma.MaskedArray):
+        raise ParameterTypeError(
+            f"{name} must have no mask, which says that some numbers are none; got a masked array: replace these "
+            "first, with numpy.ma.filled(array, fill_value)"
+        )
+    if isinstance(values, (list, tuple)):
+        for part in values:
+            if not isinstance(part, (int, float, str)):
+                refuse_mask(name, part)
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return the question which known name may have been meant; "" where none is close."""
     folded = {one.lower(): one for one in known}

@@ -25,6 +25,10 @@ class TensorError(TuckerlError, ValueError):
     """An array cannot be decomposed: not numeric, not finite, or of the wrong order."""
 
 
+class DecompositionError(TuckerlError, ArithmeticError):
+    """A finite matrix has no factors that linear algebra can find; a window of a learner is passed over then."""
+
+
 class ProblemError(TuckerlError, ValueError):
     """A problem's arrays contradict each other, or a problem lacks what a learner needs."""
 
@@ -95,6 +99,10 @@ class RankWarning(UserWarning):
 
 class ZeroWeightWarning(UserWarning):
     """An action weight is zero: that action does not learn while it lasts."""
+
+
+class DecompositionWarning(RuntimeWarning):
+    """The tables of a window could not be decomposed: weights and tables stayed as they were."""
 
 
 class StepCapWarning(UserWarning):

@@ -351,17 +351,28 @@ def test_malformed_tables_are_refused_by_the_pair(P: Any, message: str) -> None:
     [
         ([1.0], r"initial_state_distrib of Told must be 2 prob.* one for each state; got an array of shape \(1,\)"),
         (1.0, r"2 probabilities, one for each state; got an array of shape \(\)"),
-        ([0.5, 0.6], r"at least 0 and with the sum 1; got \[0\.5 0\.6\]: correct it, or learn with compiled=False"),
-        ([-1, 2], r"at least 0 and with the sum 1"),
-        ([math.nan, 1], r"at least 0 and with the sum 1"),
-        ([math.inf, -math.inf], r"at least 0 and with the sum 1"),
-        ({0: 1.0}, r"2 probabilities, one for each state; got \{0: 1\.0\}"),
-        ([[0.5], [0.25, 0.25]], r"2 probabilities, one for each state; got \[\[0\.5\]"),
+        ([0.5, 0.6], r"at least 0 and sum to 1; got \[0\.5 0\.6\], their sum is 1\.1.* learn with compiled=False"),
+        ([-1, 2], r"at least 0 and sum to 1"),
+        ([math.nan, 1], r"at least 0 and sum to 1"),
+        ([math.inf, -math.inf], r"at least 0 and sum to 1"),
+        ({0: 1.0}, r"2 probabilities, one for each state; got an array of shape \(\)"),
+        ([[0.5], [0.25, 0.25]], r"2 probabilities, one for each state: .* must be one array"),
     ],
 )
 def test_malformed_starts_are_refused(starts: Any, message: str) -> None:
     with pytest.raises(ProblemError, match=message):
         extract_transition_table(Told(starts=starts))
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.float32])
+def test_probabilities_that_sum_to_1_within_their_own_rounding_are_taken(dtype: type) -> None:
+    third = dtype(1 / 3)
+    assert abs(3 * float(third) - 1) > 1e-8
+    mdp = extracted(Told(changed(0, 1, [(third, s, 0.0, False) for s in (0, 1, 0)]), starts=[third, 1 - third]))
+    np.testing.assert_allclose(mdp.arrays.cumulative[1:4], [1 / 3, 2 / 3, 1.0], rtol=1e-15)
+    assert mdp.arrays.start_cumulative[-1] == 1.0
+    with pytest.raises(ProblemError, match=r"theirs sum to (1\.00|0\.99)"):  # nothing says that these were rounded so
+        extracted(Told(changed(0, 1, [(float(third) + 1e-7, s, 0.0, False) for s in (0, 1, 0)])))
 
 
 @pytest.mark.parametrize("mask", [[1], [[1, 1]], [1, 2], [0.5, 1.0], None, ["a", "b"]])

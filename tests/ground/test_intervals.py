@@ -1,10 +1,12 @@
 """BCa intervals: of one sample, of paired ones, of too little."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy import stats
 
-from tuckerl.intervals import CONFIDENCE, N_RESAMPLES, bca_interval
+from tuckerl.intervals import CONFIDENCE, N_RESAMPLES, bca_interval, is_constant
 from tuckerl.types import FloatArray
 
 VALUES = np.random.default_rng(0).exponential(size=30)
@@ -24,6 +26,30 @@ def test_samples_are_paired() -> None:
 
     low, high = bca_interval((VALUES, VALUES + 1 + 1e-9 * VALUES), difference, np.random.default_rng(1))
     assert [low, high] == pytest.approx([1.0, 1.0]), "unpaired, it would be as wide as the values are"
+
+
+def test_two_numbers_have_one() -> None:
+    low, high = bca_interval((np.array([1.0, 3.0]),), np.mean, np.random.default_rng(1))
+    assert 1.0 <= low < 2.0 < high <= 3.0
+
+
+def test_where_leaving_any_number_out_changes_nothing_it_is_the_percentile_interval() -> None:
+    def middle(values: FloatArray, axis: int = -1) -> FloatArray:
+        ordered = np.sort(values, axis=axis)
+        return np.asarray(ordered[..., 2])  # the third of ordered numbers
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        low, high = bca_interval((np.array([0.0, 1.0, 1.0, 1.0, 1.0, 2.0]),), middle, np.random.default_rng(1))
+    assert low <= 1.0 <= high
+
+
+def test_what_differs_by_rounding_is_constant() -> None:
+    orders = np.array([0.1 + 0.2 + 0.3, 0.3 + 0.2 + 0.1])
+    assert np.ptp(orders) > 0
+    assert is_constant(orders, 0.6)
+    assert not is_constant(np.array([0.6, 0.6000001]), 0.6)
+    assert not is_constant(orders[:1], 0.6)
 
 
 def test_one_number_has_none() -> None:

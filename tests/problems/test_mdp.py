@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.problems.mdp import TabularMDP
@@ -152,6 +153,22 @@ def test_bad_problems_are_refused(change: Any, error: type[Exception], message: 
 def test_bad_probabilities_are_refused(probability: Any, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         TabularMDP(**{**RISKY, "probability": probability})
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.float32])
+def test_probabilities_that_sum_to_1_within_their_own_rounding_are_normalised(dtype: type) -> None:
+    thirds: NDArray[Any] = np.full((1, 1, 3), 1 / 3, dtype=dtype)
+    assert abs(thirds.astype(np.float64).sum() - 1) > 1e-8
+    parts = [[[0, 0, 0]]], np.zeros((1, 1, 3)), np.ones((1, 1, 3), dtype=np.bool_)
+    mdp = TabularMDP(*parts, thirds, start=np.ones(1, dtype=dtype))
+    np.testing.assert_allclose(mdp.arrays.cumulative, [1 / 3, 2 / 3, 1.0], rtol=1e-15)
+    with pytest.raises(ProblemError, match=r"sum is (1\.000|0\.999).* \(1e-08 is .*: divide them by it, in float64"):
+        TabularMDP(*parts, thirds.astype(np.float64) + 1e-7)
+
+
+def test_rewards_of_minus_infinity_are_answered_by_the_mask() -> None:
+    with pytest.raises(ProblemError, match=r"reward must be finite everywhere.*say by action_mask which actions"):
+        TabularMDP(**GOOD | {"reward": [[0.0, -math.inf], [0.0, 0.0]]})
 
 
 def test_probability_needs_an_axis_of_outcomes() -> None:

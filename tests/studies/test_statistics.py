@@ -4,6 +4,7 @@ import pytest
 from scipy import stats
 
 from tuckerl.studies.statistics import MEASURES, compare, mean_band, pair_values, paired_difference
+from tuckerl.types import FloatArray
 
 
 def runs_frame(steps: dict[str, list[list[list[list[int | None]]]]]) -> pl.DataFrame:
@@ -104,6 +105,28 @@ def test_samples_without_spread_have_defined_intervals(base: list[float], candid
     result = paired_difference(np.array(base), np.array(candidate), -1.0, 0, np.random.default_rng(0))
     assert result.verdict == verdict
     assert result.mean == pytest.approx((np.mean(base) - np.mean(candidate)) / np.mean(base))
+
+
+STARTS = 0.1 * np.arange(20)  # 0.1 i + 1 less 0.1 i is 1 but for rounding
+
+
+@pytest.mark.parametrize(
+    ("base", "candidate", "relative", "mean", "verdict"),
+    [
+        (STARTS, STARTS + 1.0, False, 1.0, "holds"),
+        (STARTS[:2], STARTS[:2] + 1.0, False, 1.0, "holds"),
+        (STARTS + 1.0, 1.1 * (STARTS + 1.0), True, 0.1, "holds"),
+        (STARTS + 1.0, STARTS, False, -1.0, "does not hold"),
+        (STARTS, STARTS + 0.1 - 0.1, False, 0.0, "not decided"),  # better by nothing but rounding
+        (STARTS + 1.0, (STARTS + 1.0) * (1 + 2e-16), True, 0.0, "not decided"),
+    ],
+)
+def test_pairs_that_differ_by_one_number_but_for_rounding(
+    base: FloatArray, candidate: FloatArray, relative: bool, mean: float, verdict: str
+) -> None:
+    result = paired_difference(base, candidate, 1.0, 0, np.random.default_rng(0), relative=relative)
+    assert result.low == result.mean == result.high == pytest.approx(mean, rel=1e-12)
+    assert result.verdict == verdict
 
 
 def test_no_pairs_decide_nothing() -> None:

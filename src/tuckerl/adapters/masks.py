@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from gymnasium import Space, spaces
 
+from tuckerl.checks import refuse_mask
 from tuckerl.errors import ObservationError, SpaceError
 from tuckerl.types import BoolArray
 
@@ -143,6 +144,7 @@ def _sizes(space: Space[Any]) -> tuple[int, ...]:
 
 
 def _as_mask(given: Any, size: int) -> BoolArray:
+    refuse_mask("an action mask", given)
     try:
         entries = np.asarray(given)
     except ValueError:  # rows of several lengths

@@ -20,13 +20,15 @@ from gymnasium.envs.toy_text import CliffWalkingEnv, FrozenLakeEnv, TaxiEnv
 from gymnasium.spaces import Discrete
 
 from tuckerl.adapters.action_names import action_names_of
-from tuckerl.errors import ProblemError
+from tuckerl.checks import refuse_mask
+from tuckerl.errors import ProblemError, TuckerlError
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.outcomes import SUM_TOLERANCE
-from tuckerl.problems.parts import Layout
+from tuckerl.problems.outcomes import normalised, sum_tolerance
+from tuckerl.problems.parts import Layout, as_array
 from tuckerl.types import BoolArray, FloatArray
 
 _TOY_TEXT = (CliffWalkingEnv, FrozenLakeEnv, TaxiEnv)
+_MOST_LIKELY = 1.001  # a certain outcome may exceed 1 by rounding; how far sums may is told by their type
 _OTHERWISE = "correct it, or learn with compiled=False, which steps the environment itself"
 
 
@@ -162,8 +164,12 @@ def _outcomes(table: _Table, state: int, action: int) -> list[_Outcome]:
         raise _malformed(table, state, action, f"must be a list; got {got}")
     outcomes = [_outcome(table, state, action, outcome) for outcome in listed]
     total = math.fsum(outcome.probability for outcome in outcomes)
-    if abs(total - 1) > SUM_TOLERANCE:
+    dtypes = {outcome[0].dtype for outcome in listed if isinstance(outcome[0], np.floating)}
+    roughest = min(dtypes, key=lambda dtype: dtype.itemsize, default=np.dtype(np.float64))
+    if abs(total - 1) > sum_tolerance(roughest, len(outcomes)):
         raise _malformed(table, state, action, f"must have probabilities that sum to 1; theirs sum to {total!r}")
+    if roughest.itemsize < 8:
+        outcomes = [outcome._replace(probability=outcome.probability / total) for outcome in outcomes]
     possible = [outcome for outcome in outcomes if outcome.probability > 0]
     if len({outcome[1:] for outcome in possible}) == 1:
         return [possible[0]._replace(probability=1.0)]
@@ -175,7 +181,7 @@ def _outcome(table: _Table, state: int, action: int, outcome: Any) -> _Outcome:
         expected = "must be tuples (probability, next state, reward, terminated)"
         raise _malformed(table, state, action, f"{expected}; got {outcome!r}")
     probability, next_state, reward, terminated = outcome
-    if not isinstance(probability, Real) or not 0 <= float(probability) <= 1 + SUM_TOLERANCE:
+    if not isinstance(probability, Real) or not 0 <= float(probability) <= _MOST_LIKELY:
         raise _malformed(table, state, action, f"must have probabilities from 0 to 1; got {probability!r}")
     states = range(table.n_states)
     if probability == 0:  # what never happens may be anything
@@ -198,14 +204,12 @@ def _starts(table: _Table) -> FloatArray:
     """Return the probability of each state to be the first."""
     expected = f"initial_state_distrib of {table.env} must be {table.n_states} probabilities, one for each state"
     try:
-        starts = np.array(table.starts, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ProblemError(f"{expected}; got {table.starts!r}: {_OTHERWISE}") from error
-    if starts.shape != (table.n_states,):
-        raise ProblemError(f"{expected}; got an array of shape {starts.shape}: {_OTHERWISE}")
-    if not (starts >= 0).all() or not abs(starts.sum() - 1) <= SUM_TOLERANCE:
-        raise ProblemError(f"{expected}, at least 0 and with the sum 1; got {starts}: {_OTHERWISE}")
-    return starts
+        starts = as_array("initial_state_distrib", table.starts)
+        if starts.shape == (table.n_states,):
+            return normalised("initial_state_distrib", starts, "they")
+    except TuckerlError as error:
+        raise ProblemError(f"{expected}: {error}; {_OTHERWISE}") from error
+    raise ProblemError(f"{expected}; got an array of shape {starts.shape}: {_OTHERWISE}")
 
 
 def _action_mask(table: _Table) -> BoolArray | None:
@@ -215,7 +219,9 @@ def _action_mask(table: _Table) -> BoolArray | None:
         return None
     masks = np.empty((table.n_states, table.n_actions), dtype=np.bool_)
     for state in range(table.n_states):
-        mask = np.asarray(ask(state))
+        given = ask(state)
+        refuse_mask("action_mask", given)
+        mask = np.asarray(given)
         if mask.shape != (table.n_actions,) or mask.dtype.kind not in "biu" or not np.isin(mask, (0, 1)).all():
             raise ProblemError(
                 f"action_mask({state}) of {table.env} must be {table.n_actions} numbers, 1 for an action that may be "

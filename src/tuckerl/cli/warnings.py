@@ -7,9 +7,15 @@ from typing import Any
 
 import typer
 
-from tuckerl.errors import DivergenceWarning, RankWarning, StepCapWarning, ZeroWeightWarning
+from tuckerl.errors import DecompositionWarning, DivergenceWarning, RankWarning, StepCapWarning, ZeroWeightWarning
 
-OWN: tuple[type[Warning], ...] = (RankWarning, ZeroWeightWarning, StepCapWarning, DivergenceWarning)
+OWN: tuple[type[Warning], ...] = (
+    RankWarning,
+    ZeroWeightWarning,
+    DecompositionWarning,
+    StepCapWarning,
+    DivergenceWarning,
+)
 
 
 @contextmanager

@@ -2,11 +2,19 @@
 
 import numpy as np
 
+from tuckerl.checks import refuse_mask
 from tuckerl.types import FloatArray
 
 
-def real_array(answer: object) -> FloatArray | None:
-    """Return a copy of `answer` as float64, or None if it is no array of real numbers."""
+def real_array(name: str, answer: object) -> FloatArray | None:
+    """Return a copy of `answer` as float64, or None if it is no array of real numbers.
+
+    Raises
+    ------
+    ParameterTypeError
+        If there is a masked array in it.
+    """
+    refuse_mask(name, answer)
     try:
         values = np.asarray(answer)
     except ValueError:  # lists of different lengths

@@ -19,7 +19,7 @@ class Loadings(NamedTuple):
 
     states: IntArray  # (n,) the states that the rows of the state factor stand for, each once
     factors: tuple[FloatArray, ...]  # (n, r_0), (A, r_1), (E, r_2), (N, r_3)
-    core: FloatArray  # (r_0, r_1, r_2, r_3)
+    core: FloatArray  # (r_0, r_1, r_2, r_3); of tables above 1e270, in units of 2**600
     episode: int  # the last of the E episodes, counted from 1
     fit: float = math.nan  # NaN where it is not known
 

@@ -121,7 +121,7 @@ def custom_sharing(function: ShareFunction) -> SharingRule:
             return None
         if isinstance(answer, int | np.integer) and not isinstance(answer, bool) and 0 <= answer < n_agents:
             return _copy_of(int(answer), n_agents)
-        mixture = real_array(answer)
+        mixture = real_array("what the share function returns", answer)
         # Written so that NaN fails, too.
         if mixture is not None and mixture.shape == (n_agents,) and abs(mixture.sum() - 1) <= 1e-9:
             return mixture

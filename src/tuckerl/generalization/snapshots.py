@@ -28,11 +28,18 @@ class Snapshots:
         self.changed: IntArray = np.zeros(0, dtype=np.int64)  # (C,) those that changed in the latest tensor's window
         self._base: FloatArray = np.zeros((0, n_actions, n_agents))  # their rows when the window began
 
-    def tensor(self, logs: tuple[ChangeLog, ...]) -> FloatArray:
-        """Return the window's tables as a (C + at most A x N + A, A, E, N) array, C rows being those that changed."""
+    def tensor(self, logs: tuple[ChangeLog, ...], unit: float = 1.0) -> FloatArray:
+        """Return the window's tables as a (C + at most A x N + A, A, E, N) array, C rows being those that changed.
+
+        Parameters
+        ----------
+        logs : N change logs
+        unit : float
+            A power of two by which the tables are multiplied, so that rows that stand for many stay finite.
+        """
         self._add_states(logs)
         changed = np.unique(np.concatenate([self._position[log.state[: log.cursor[ENTRIES]]] for log in logs]))
-        fixed = np.concatenate([self._still_rows(changed), self._untouched_rows()])
+        fixed = np.concatenate([self._still_rows(changed, unit), self._untouched_rows(unit)])
         self.changed = self.states[changed]
         tensor = np.empty((changed.size + len(fixed), *self._base.shape[1:2], self._n_episodes, self._n_agents))
         tensor[: changed.size] = self._base[changed][:, :, None, :]
@@ -41,6 +48,8 @@ class Snapshots:
         place[changed] = np.arange(changed.size)
         for agent, log in enumerate(logs):
             _apply(tensor, agent, self._position, place, log)
+        if unit != 1.0:
+            tensor[: changed.size] *= unit
         return tensor
 
     def restart(self, logs: tuple[ChangeLog, ...], q: FloatArray) -> None:
@@ -71,23 +80,23 @@ class Snapshots:
         rows = np.repeat(self._initial_q[new][:, :, None], self._n_agents, axis=2)
         self._base = np.concatenate([self._base, rows])
 
-    def _still_rows(self, changed: IntArray) -> FloatArray:
+    def _still_rows(self, changed: IntArray, unit: float) -> FloatArray:
         """Return what stands for the touched rows that did not change in the window: (at most A x N, A, N)."""
         still = np.ones(self.states.size, dtype=np.bool_)
         still[changed] = False
-        return _equivalent_rows(self._base[still])
+        return _equivalent_rows(self._base[still] * unit)
 
-    def _untouched_rows(self) -> FloatArray:
+    def _untouched_rows(self, unit: float) -> FloatArray:
         """Return what stands for the rows that nobody ever touched: (at most A, A, N)."""
         n_states, n_actions = self._initial_q.shape
         n_untouched = n_states - self.states.size
         if self._initial_q.strides == (0, 0):  # one number for every entry
-            value = float(self._initial_q[0, 0])
+            value = float(self._initial_q[0, 0]) * unit
             n_rows = 1 if value != 0.0 and n_untouched else 0
             rows = np.full((n_rows, n_actions), value * np.sqrt(n_untouched))
         else:
             untouched: BoolArray = self._position < 0
-            rows = _equivalent_rows(self._initial_q[untouched])
+            rows = _equivalent_rows(self._initial_q[untouched] * unit)
         return np.repeat(rows[:, :, None], self._n_agents, axis=2)
 
 

@@ -16,7 +16,14 @@ import scipy.linalg  # noqa: F401  # its BLAS must be loaded before it can be li
 from threadpoolctl import ThreadpoolController
 
 from tuckerl.checks import check_int, check_name, check_real
-from tuckerl.errors import ParameterError, ParameterTypeError, RankWarning, ZeroWeightWarning
+from tuckerl.errors import (
+    DecompositionError,
+    DecompositionWarning,
+    ParameterError,
+    ParameterTypeError,
+    RankWarning,
+    ZeroWeightWarning,
+)
 from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.generalization.loadings import Loadings, loadings_of, loadings_of_arrays
 from tuckerl.generalization.sharing import SHARING_RULES, ShareContext, ShareFunction, SharingRule, custom_sharing
@@ -24,10 +31,16 @@ from tuckerl.generalization.snapshots import Snapshots
 from tuckerl.generalization.weights import WEIGHTINGS, WeightFunction, Weighting, custom_weighting
 from tuckerl.rng import child
 from tuckerl.tensor import TuckerDecomposition, decompose
-from tuckerl.types import FloatArray, IntArray, Ranks
+from tuckerl.types import BoolArray, FloatArray, IntArray, Ranks
 
 _STREAM = 2**32 - 1  # the child of the learner's seed that is the step's; agents have 0, 1, 2, ...
-_NO_RANKS = (0, 0, 0, 0)
+_NO_RANKS: tuple[int, ...] = (0, 0, 0, 0)
+_FAILED: tuple[int, ...] = (-1, -1, -1, -1)  # ranks of a window whose tables could not be decomposed
+_NOT_DECOMPOSED = (
+    "the tables of a window could not be decomposed ({}): weights and tables stay as they are until the next window "
+    "ends; tensor_step_history.failed tells which windows these are"
+)
+_HUGE, _UNIT = 2.0**900, 2.0**-600  # sums of many numbers as large as the first leave the range of floats
 
 
 @dataclass(frozen=True)
@@ -112,7 +125,12 @@ class TensorStepHistory(NamedTuple):
     weights: FloatArray  # (W, A) the learning-rate weights from then on
     chosen: IntArray  # (W,) the agent whose table was copied, -1 where none was
     fit: FloatArray  # (W,) of the decomposition, NaN where there was none
-    ranks: IntArray  # (W, 4) used, 0 where there was no decomposition
+    ranks: IntArray  # (W, 4) used, 0 where there was no decomposition, -1 where none could be found
+
+    @property
+    def failed(self) -> BoolArray:
+        """After which windows no decomposition could be found, (W,): weights and tables stayed as they were."""
+        return np.asarray((self.ranks < 0).any(axis=1))
 
 
 def empty_history(n_actions: int) -> TensorStepHistory:
@@ -170,15 +188,20 @@ class TensorStepState:
         rng = np.random.default_rng(child(self._sequence, _STREAM, episode // self.step.every))
         weigh, decomposition = self.step.weighting, None
         if self.step.needs_decomposition:
-            tensor = self.snapshots.tensor(logs)
+            tensor = self._tables(logs)
             if not np.isfinite(tensor).all():
                 return TensorStepResult(weights, None, finite=False)
-            if not tensor.any():  # nothing was learned yet: everything stays as it is, but for weights that do not ask
+            ranks = _NO_RANKS
+            try:
+                decomposition = self._decompose(tensor)
+            except DecompositionError as error:
+                ranks = _FAILED
+                self._warn(DecompositionWarning, _NOT_DECOMPOSED.format(error))
+            if decomposition is None:  # everything stays as it is, but for weights that do not ask
                 if not weigh.needs_decomposition:
                     weights = np.maximum(weigh.weigh(None, self._n_actions, rng), self.step.floor)
-                self._remember(episode, weights, None, None)
+                self._remember(episode, weights, None, fit=np.nan, ranks=ranks)
                 return TensorStepResult(weights, None, finite=True)
-            decomposition = self._decompose(tensor)
             self.loadings = loadings_of(decomposition, self.snapshots.changed, episode)
             if decomposition.ranks != self.step.ranks:
                 self._warn(
@@ -195,13 +218,23 @@ class TensorStepState:
             )
         norms = np.ones(self._n_agents) if decomposition is None else np.linalg.norm(decomposition.factors[3], axis=1)
         mixture = self.step.sharing.mix(ShareContext(norms, returns, rng))
-        self._remember(episode, weights, mixture, decomposition)
+        fit, ranks = (np.nan, _NO_RANKS) if decomposition is None else (decomposition.fit, decomposition.ranks)
+        self._remember(episode, weights, mixture, fit=fit, ranks=ranks)
         return TensorStepResult(weights, mixture, finite=True)
 
-    def _decompose(self, tensor: FloatArray) -> TuckerDecomposition:
-        # One thread: the order of additions, and with it every bit, does not depend on how many there are. Tables near
-        # the largest float have a core beyond it, which is not read.
-        with _blas().limit(limits=1), np.errstate(over="ignore"):
+    def _tables(self, logs: tuple[ChangeLog, ...]) -> FloatArray:
+        """Return the window's tables; where they are near the largest float, in units of its power of two."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            tensor = self.snapshots.tensor(logs)
+            is_huge = not max(tensor.max(initial=0.0), -tensor.min(initial=0.0)) < _HUGE
+            return self.snapshots.tensor(logs, _UNIT) if is_huge else tensor
+
+    def _decompose(self, tensor: FloatArray) -> TuckerDecomposition | None:
+        """Return the decomposition of a window's tables; None for zeros, from which nothing was learned yet."""
+        if not tensor.any():
+            return None
+        # One thread: the order of additions, and with it every bit, does not depend on how many there are.
+        with _blas().limit(limits=1):
             return decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
 
     @property
@@ -238,15 +271,10 @@ class TensorStepState:
             warnings.warn(message, category, stacklevel=8)
 
     def _remember(
-        self,
-        episode: int,
-        weights: FloatArray,
-        mixture: FloatArray | None,
-        decomposition: TuckerDecomposition | None,
+        self, episode: int, weights: FloatArray, mixture: FloatArray | None, *, fit: float, ranks: tuple[int, ...]
     ) -> None:
         copied = mixture is not None and np.count_nonzero(mixture) == 1
         chosen = int(np.argmax(mixture)) if mixture is not None and copied else -1
-        fit, ranks = (np.nan, _NO_RANKS) if decomposition is None else (decomposition.fit, decomposition.ranks)
         self._history.append((episode, weights.copy(), chosen, fit, ranks))
 
 

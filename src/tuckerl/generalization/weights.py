@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tuckerl.checks import refuse_mask
 from tuckerl.errors import ParameterError
 from tuckerl.generalization.answers import real_array
 from tuckerl.registers import load
@@ -63,6 +64,7 @@ def action_weights(action_factor: ArrayLike) -> FloatArray:
     >>> action_weights([[3.0], [4.0]])
     array([0.6, 0.8])
     """
+    refuse_mask("action_factor", action_factor)
     factor = np.asarray(action_factor, dtype=np.float64)
     if factor.ndim != 2 or not np.isfinite(factor).all() or not factor.any():
         raise ParameterError(
@@ -121,7 +123,7 @@ def custom_weighting(function: WeightFunction) -> Weighting:
 
     def weigh(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
         answer = function(_decomposed(decomposition))
-        weights = real_array(answer)
+        weights = real_array("what the weights function returns", answer)
         if weights is None or weights.shape != (n_actions,) or not np.isfinite(weights).all() or (weights < 0).any():
             raise ParameterError(
                 f"the weights function must return {n_actions} finite numbers of at least 0, one for each action; "

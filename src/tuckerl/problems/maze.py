@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import check_int, check_name, check_real
+from tuckerl.checks import check_int, check_name, check_real, refuse_mask
 from tuckerl.errors import MazeError, ParameterTypeError
 from tuckerl.problems.immutable import Immutable
 from tuckerl.problems.mdp import TabularMDP
@@ -219,6 +219,7 @@ def check_walls(walls: ArrayLike) -> BoolArray:
     MazeError, ParameterTypeError
         If it is not a (rows, columns) boolean array.
     """
+    refuse_mask("walls", walls)
     try:
         array = np.asarray(walls)
     except ValueError as error:  # rows of several lengths

@@ -1,5 +1,6 @@
 """Checks of transitions that are given as arrays of outcomes."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from tuckerl.problems.parts import as_array, as_numbers
 from tuckerl.types import BoolArray, FloatArray, IntArray, StateArray
 
 SUM_TOLERANCE = 1e-8
-"""How far the sum of probabilities may be from 1."""
+"""How far the sum of probabilities may be from 1, where they are float64."""
 
 _KINDS = {"iu": "integers", "iuf": "numbers", "b": "booleans"}
 
@@ -58,7 +59,49 @@ def check_outcomes(states: NDArray[Any], rewards: NDArray[Any], ends: NDArray[An
             f"({where[0]}, {where[1]})"
         )
     if not np.isfinite(rewards.astype(np.float64)).all():
-        raise ProblemError("reward must be finite everywhere; replace NaN and infinity by numbers")
+        raise ProblemError(
+            "reward must be finite everywhere; replace NaN and infinity by numbers, and say by action_mask which "
+            "actions may not be taken"
+        )
+
+
+def sum_tolerance(dtype: np.dtype[Any], count: int) -> float:
+    """Return how far the sum of `count` probabilities of a type may be from 1: by their own rounding."""
+    return max(SUM_TOLERANCE, count * float(np.finfo(dtype).eps)) if dtype.kind == "f" else SUM_TOLERANCE
+
+
+def normalised(name: str, given: ArrayLike, what: str) -> FloatArray:
+    """Return probabilities, (..., K), as float64 that sum to 1 along the last axis.
+
+    Those of float64 stay as they are, others are divided by their sum.
+
+    Parameters
+    ----------
+    name, what : str
+        What the array and the probabilities in it are called in messages.
+    given : array_like
+
+    Raises
+    ------
+    ProblemError
+        If one is below 0 or the sum of some is not 1, but for the rounding of their own type; it says where.
+    ParameterTypeError
+        If they are not numbers.
+    """
+    p, dtype = as_numbers(name, given), as_array(name, given).dtype
+    tolerance = sum_tolerance(dtype, p.shape[-1])
+    possible = (p >= 0) & (p <= 1 + tolerance)
+    sums = p.sum(axis=-1, where=possible, keepdims=True)
+    right = possible.all(axis=-1) & (np.abs(sums[..., 0] - 1) <= tolerance)
+    if not right.all():
+        place = tuple(map(int, np.argwhere(~right)[0])) if right.ndim else ()
+        wrong = p[place]
+        total = f"{math.fsum(wrong):.12g}" if np.isfinite(wrong).all() else "not finite"
+        raise ProblemError(
+            f"{what} must be at least 0 and sum to 1; {f'those of (s, a) = {place} are' if place else 'got'} {wrong}, "
+            f"their sum is {total} ({tolerance:.0e} is allowed for rounding): divide them by it, in float64"
+        )
+    return p / sums if dtype.kind == "f" and dtype.itemsize < p.itemsize else p
 
 
 def joined_outcomes(states: NDArray[Any], probability: ArrayLike | None) -> tuple[BoolArray, IntArray, FloatArray]:
@@ -72,16 +115,10 @@ def joined_outcomes(states: NDArray[Any], probability: ArrayLike | None) -> tupl
     nothing = np.zeros(0, dtype=np.int64)
     if probability is None:
         return np.ones(states.shape, dtype=np.bool_), nothing, np.zeros(0)
-    p = as_numbers("probability", probability)
-    if p.shape != states.shape:
-        raise ProblemError(f"probability must have the shape of next_state, {states.shape}; got {p.shape}")
-    possible = (p >= 0) & (p <= 1 + SUM_TOLERANCE)
-    right = possible.all(axis=2) & (np.abs(p.sum(axis=2, where=possible) - 1) <= SUM_TOLERANCE)
-    if not right.all():
-        s, a = np.argwhere(~right)[0]
-        raise ProblemError(
-            f"each pair's probabilities must be at least 0 and sum to 1; those of (s, a) = ({s}, {a}) are {p[s, a]}"
-        )
+    given = as_array("probability", probability)
+    if given.shape != states.shape:
+        raise ProblemError(f"probability must have the shape of next_state, {states.shape}; got {given.shape}")
+    p = normalised("probability", given, "each pair's probabilities")
     kept = p > 0
     counts = kept.sum(axis=2).ravel()
     if (counts == 1).all():
@@ -102,10 +139,8 @@ def check_start(start: int | ArrayLike, n_states: int) -> tuple[StateArray, Floa
     if values.ndim == 0:
         state = check_int("start", values.item(), 0, n_states - 1)
         return np.array([state], dtype=np.uint32), np.ones(1)
-    p = as_numbers("start", values)
-    if p.shape != (n_states,):
-        raise ProblemError(f"start must be a state or {n_states} probabilities, one for each; got shape {p.shape}")
-    if not ((p >= 0) & (p <= 1 + SUM_TOLERANCE)).all() or abs(p.sum() - 1) > SUM_TOLERANCE:
-        raise ProblemError(f"start's probabilities must be at least 0 and sum to 1; got {p}")
+    if values.shape != (n_states,):
+        raise ProblemError(f"start must be a state or {n_states} probabilities, one for each; got shape {values.shape}")
+    p = normalised("start", values, "start's probabilities")
     states = np.flatnonzero(p > 0)
     return states.astype(np.uint32), np.cumsum(p[states])

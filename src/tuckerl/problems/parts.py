@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tuckerl.checks import check_int
+from tuckerl.checks import check_int, refuse_mask
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.types import FloatArray
 
@@ -96,7 +96,10 @@ def as_array(name: str, values: ArrayLike) -> NDArray[Any]:
     ------
     ProblemError
         If they are rows of several lengths.
+    ParameterTypeError
+        If there is a masked array in them.
     """
+    refuse_mask(name, values)
     try:
         return np.asarray(values)
     except ValueError as error:
@@ -161,6 +164,7 @@ def check_states(observation: Any, n_states: int) -> NDArray[Any]:
     ParameterError, ParameterTypeError
         If it is no such number.
     """
+    refuse_mask("an observation", observation)
     try:
         states = np.asarray(observation)
     except ValueError:  # lists of different lengths

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tuckerl._jit import compiled_function, kernel
-from tuckerl.checks import check_int
+from tuckerl.checks import check_int, refuse_mask
 from tuckerl.errors import ParameterTypeError, ProblemError, SavedFileError, SimulatorError
 from tuckerl.problems.dynamics import register_dynamics
 from tuckerl.problems.parts import NO_LIMIT, Layout
@@ -303,6 +303,7 @@ def _check_functions(functions: Functions) -> None:
 
 
 def _check_parameters(parameters: ArrayLike) -> FloatArray:
+    refuse_mask("parameters", parameters)
     try:
         numbers: FloatArray = np.array(parameters, dtype=np.float64).reshape(-1)
     except (TypeError, ValueError) as error:

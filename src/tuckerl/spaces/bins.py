@@ -14,7 +14,7 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from tuckerl.checks import check_int
+from tuckerl.checks import check_int, refuse_mask
 from tuckerl.errors import ParameterError, ParameterTypeError, SpaceError
 from tuckerl.types import FloatArray
 
@@ -124,6 +124,7 @@ def bin_entries(bins: Any, dimensions: int, what: str) -> list[Any]:
     expected = (
         f"bins of {what} must be a whole number, or a sequence with one entry for each of {dimensions} dimensions"
     )
+    refuse_mask(f"bins of {what}", bins)
     listed = isinstance(bins, Sequence) or (isinstance(bins, np.ndarray) and bins.ndim > 0)
     if not listed or isinstance(bins, (str, bytes)):
         raise ParameterTypeError(f"{expected}; got {bins!r}")
@@ -141,6 +142,7 @@ def _even_edges(name: str, count: int, low: float, high: float) -> FloatArray:
 
 def _given_edges(name: str, entry: Any) -> FloatArray:
     expected = f"{name} must be how many there are, or a 1-D array of finite, increasing inner edges"
+    refuse_mask(name, entry)
     try:
         edges = np.asarray(entry)
     except ValueError:

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.spaces import Box, Dict, Discrete, Tuple
 from numpy.typing import NDArray
 
-from tuckerl.checks import check_int
+from tuckerl.checks import check_int, refuse_mask, shown
 from tuckerl.errors import ObservationError, ParameterError, SpaceError
 from tuckerl.spaces.bins import bin_middle, box_bounds
 from tuckerl.spaces.encode_functions import (
@@ -172,6 +172,7 @@ class ArrayEncoder(SpaceEncoder):
         return _joined(self._digits(rows).T, self.sizes, np.zeros(len(array), np.int64))
 
     def _array(self, values: Any) -> NDArray[Any] | None:
+        refuse_mask(self._what, values)
         try:
             array = np.asarray(values)
         except ValueError:
@@ -335,9 +336,8 @@ def _split(code: int, sizes: Sequence[int]) -> list[int]:
 
 
 def _shown(value: object) -> str:
-    """Return how Python writes a value, cut where it would fill the screen, with its type where that is in doubt."""
-    text = " ".join(repr(value).split())
-    text = text if len(text) <= 120 else f"{text[:117]}..."
+    """Return a value as messages show it, with its type where that is in doubt."""
+    text = shown(value)
     return f"{text} of type {type(value).__name__}" if isinstance(value, (bool, int, float, str)) else text
 
 

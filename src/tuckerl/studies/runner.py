@@ -21,7 +21,7 @@ import scipy.linalg  # noqa: F401  # its BLAS must be loaded before it can be li
 from threadpoolctl import threadpool_limits
 
 from tuckerl.adapters.resolve import AdapterOptions, Environment, as_problem
-from tuckerl.errors import DivergenceWarning, RankWarning, ZeroWeightWarning
+from tuckerl.errors import DecompositionWarning, DivergenceWarning, RankWarning, ZeroWeightWarning
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.training.learner import Learner
 from tuckerl.types import IntArray
@@ -129,9 +129,9 @@ def _work(task: Task) -> StudyTables:
 
 @contextmanager
 def _without_warnings() -> Iterator[None]:
-    """Silence what the tables record anyway: clipped ranks, weights of 0, runs that diverged."""
+    """Silence what the tables record anyway: clipped ranks, weights of 0, windows without factors, diverged runs."""
     with warnings.catch_warnings():
-        for category in (RankWarning, ZeroWeightWarning, DivergenceWarning):
+        for category in (RankWarning, ZeroWeightWarning, DecompositionWarning, DivergenceWarning):
             warnings.simplefilter("ignore", category)
         yield
 

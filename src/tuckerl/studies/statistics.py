@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 from scipy import stats
 
-from tuckerl.intervals import CONFIDENCE, bca_interval
+from tuckerl.intervals import CONFIDENCE, ROUNDING, bca_interval, is_constant
 from tuckerl.studies.study import Comparison
 from tuckerl.types import FloatArray
 
@@ -153,9 +153,12 @@ def paired_difference(
         return difference / np.abs(base.mean(axis=axis)) if relative else difference
 
     mean = float(in_favour(base, candidate))
-    ratios = (candidate - base) / base if relative and base.all() else candidate - base
-    if n_pairs > 1 and np.ptp(ratios) == 0:  # every resample gives the same number, for which BCa is not defined
-        return Difference(mean, mean, mean, n_pairs, n_diverged, relative)
+    unit = base if relative else np.ones(n_pairs)
+    if unit.all():
+        magnitude = float(((np.abs(base) + np.abs(candidate)) / np.abs(unit)).max())
+        if is_constant((candidate - base) / unit, magnitude):  # every resample gives the same number
+            mean = 0.0 if abs(mean) <= ROUNDING * magnitude else mean
+            return Difference(mean, mean, mean, n_pairs, n_diverged, relative)
     low, high = bca_interval((base, candidate), in_favour, rng)
     return Difference(mean, low, high, n_pairs, n_diverged, relative)
 

@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import check_int, check_real
+from tuckerl.checks import check_int, check_real, refuse_mask
 from tuckerl.errors import ParameterTypeError, RankWarning, TensorError
 from tuckerl.tensor.modes import Floats, fold, multiply_mode, unfold
 from tuckerl.tensor.ranks import Ranks, check_ranks, clip_ranks
@@ -315,6 +315,7 @@ def _zero(shape: tuple[int, ...], ranks: Ranks) -> TuckerDecomposition:
 def _check_tensor(X: ArrayLike) -> Floats:
     """Return `X` as a C-ordered float64 array, the same one if it is that already."""
     advice = "pass an array, or nested lists of equal length, of real numbers"
+    refuse_mask("a tensor to decompose", X)
     try:
         array = np.asarray(X)
     except ValueError as error:

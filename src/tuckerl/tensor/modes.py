@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tuckerl.checks import check_int
+from tuckerl.checks import check_int, refuse_mask
 from tuckerl.errors import TensorError
 
 Floats = NDArray[np.float64]
@@ -51,6 +51,7 @@ def unfold(X: NDArray[Any], mode: int) -> NDArray[Any]:
     array([[0, 1, 4, 5],
            [2, 3, 6, 7]])
     """
+    refuse_mask("X", X)
     X = np.asarray(X)
     mode = check_int("mode", mode, 0, X.ndim - 1)
     return np.moveaxis(X, mode, 0).reshape(X.shape[mode], math.prod(X.shape[:mode] + X.shape[mode + 1 :]))
@@ -86,6 +87,7 @@ def fold(matrix: NDArray[Any], mode: int, shape: Sequence[int]) -> NDArray[Any]:
     >>> np.array_equal(fold(unfold(X, 2), 2, (2, 3, 4)), X)
     True
     """
+    refuse_mask("matrix", matrix)
     matrix = np.asarray(matrix)
     sizes = tuple(shape)
     mode = check_int("mode", mode, 0, len(sizes) - 1)
@@ -128,6 +130,8 @@ def mode_product(X: NDArray[Any], matrix: NDArray[Any], mode: int) -> NDArray[An
     array([[ 3.],
            [12.]])
     """
+    refuse_mask("X", X)
+    refuse_mask("matrix", matrix)
     X, matrix = np.asarray(X), np.asarray(matrix)
     mode = check_int("mode", mode, 0, X.ndim - 1)
     if matrix.ndim != 2 or matrix.shape[1] != X.shape[mode]:

@@ -18,6 +18,7 @@ References
 import numpy as np
 
 from tuckerl.tensor.modes import Floats
+from tuckerl.tensor.solvers import singular_values, symmetric_eigen
 
 #: Singular values above this part of the largest can be told from zero: the numerical rank counts them.
 NUMERICAL_ZERO = 1e-10
@@ -52,8 +53,7 @@ def right_vectors(A: Floats, count: int) -> tuple[Floats, Floats]:
     again, rotation = _eigen(A @ (vectors / scale))
     # A'A = R'R with this small square R: undo the scaling of the first pass.
     R = (rotation * np.sqrt(np.maximum(again, 0.0))).T @ (vectors * scale).T
-    _, values, transposed = np.linalg.svd(R)
-    return values, transposed.T
+    return singular_values(R)
 
 
 def left_vectors(A: Floats, count: int) -> tuple[Floats, Floats]:
@@ -94,14 +94,15 @@ def orthonormal(A: Floats) -> Floats:
     """
     gram = A.T @ A
     if np.abs(gram - np.eye(gram.shape[0])).max() < 0.1:
-        return A @ np.linalg.inv(np.linalg.cholesky(gram)).T
+        try:
+            return A @ np.linalg.inv(np.linalg.cholesky(gram)).T
+        except np.linalg.LinAlgError:  # many small errors together; Householder's QR, which is slower, never fails
+            pass
     Q, R = np.linalg.qr(A)
     return Q * np.where(np.diag(R) < 0.0, -1.0, 1.0)
 
 
 def _eigen(A: Floats) -> tuple[Floats, Floats]:
     """Return the eigenvalues of A'A, largest first, and its eigenvectors."""
-    # NumPy throughout: SciPy brings a BLAS of its own, and the two pools of threads would slow each other down
-    # (measured: twice the time with two threads).
-    squares, vectors = np.linalg.eigh(A.T @ A)
+    squares, vectors = symmetric_eigen(A.T @ A)
     return squares[::-1], vectors[:, ::-1]

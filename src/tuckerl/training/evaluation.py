@@ -7,7 +7,7 @@ import numpy as np
 
 from tuckerl.errors import StepCapWarning
 from tuckerl.interrupts import interrupts_held_back
-from tuckerl.intervals import bca_interval
+from tuckerl.intervals import bca_interval, is_constant
 from tuckerl.rng import child, stream
 from tuckerl.training.agent_arrays import EpisodeRecord
 from tuckerl.training.loop import play, play_together
@@ -87,6 +87,6 @@ def evaluate(
 
 def mean_interval(values: FloatArray, rng: np.random.Generator) -> tuple[float, float]:
     """Return the 95 % interval of a mean, by the BCa bootstrap; NaN for a single value."""
-    if values.size > 1 and np.ptp(values) == 0:  # every resample gives the same mean, for which BCa is not defined
-        return float(values[0]), float(values[0])
+    if is_constant(values, float(np.abs(values).max())):  # every resample gives the same mean
+        return float(values.mean()), float(values.mean())
     return bca_interval((values,), np.mean, rng)

@@ -129,7 +129,7 @@ def check_initial_q(initial_q: object, shape: tuple[int, int]) -> FloatArray:
     if isinstance(initial_q, Real):
         return np.broadcast_to(check_real("initial_q", initial_q), shape)
     expected = f"initial_q must be one finite number or finite numbers of shape {shape}"
-    table = real_array(initial_q)
+    table = real_array("initial_q", initial_q)
     if table is None:
         raise ParameterTypeError(f"{expected}; got {initial_q!r}")
     if table.shape != shape or not np.isfinite(table).all():

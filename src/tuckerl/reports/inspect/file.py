@@ -113,6 +113,11 @@ def learner_lines(learner: Learner) -> list[str]:
             f"Tensor step: every {counted(step.every, 'episode')}, ranks {tuple(step.ranks)}, weights "
             f"{_name(step.weights)}, share {_name(step.share)}, floor {step.floor:g}"
         )
+        failed = int(learner.tensor_step_history.failed.sum())
+        if failed:
+            lines.append(
+                f"No decomposition could be found after {counted(failed, 'window')}: weights and tables stayed"
+            )
     steps = int(learner.steps.sum())
     lines.append(
         f"Learned: {counted(learner.episodes, 'episode')}, {counted(learner.n_agents, 'agent')}, "

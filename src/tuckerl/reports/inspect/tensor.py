@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tuckerl.checks import refuse_mask
 from tuckerl.errors import ProblemError, TensorError
 from tuckerl.generalization.loadings import Loadings
 from tuckerl.generalization.step import empty_history
@@ -61,6 +62,7 @@ def inspect_tensor(
     >>> inspection.q.shape, inspection.loadings.states.size, round(inspection.loadings.fit, 6)
     ((1, 6, 2), 6, 1.0)
     """
+    refuse_mask("X", X)
     tensor = np.asarray(X)
     if tensor.ndim != 4:
         raise TensorError(

@@ -251,13 +251,14 @@ def draw_fit(inspection: Inspection) -> Figure:
 def _used(history: TensorStepHistory) -> FloatArray:
     """Return the ranks after each window, NaN where there was no decomposition."""
     ranks = history.ranks.astype(np.float64)
-    ranks[ranks == 0] = np.nan
+    ranks[ranks <= 0] = np.nan
     return ranks
 
 
 def _fit_caption(inspection: Inspection) -> str:
     fit = inspection.history.fit[np.isfinite(inspection.history.fit)]
-    without = inspection.history.fit.size - fit.size
+    failed = int(inspection.history.failed.sum())
+    without = inspection.history.fit.size - fit.size - failed
     words = "Left: the fit of each window's Tucker decomposition, 1 minus the relative error (1 is exact)"
     if fit.size:
         words += f"; it is {span(fit)}, after the last one {number(float(fit[-1]))}"
@@ -266,6 +267,8 @@ def _fit_caption(inspection: Inspection) -> str:
     words += f". Right: the columns of each factor, clipped to what the tables allow: {joined(listed)}"
     if without:
         words += f". {counted(without, 'window')} had no decomposition (nothing was learned yet)"
+    if failed:
+        words += f". No decomposition could be found after {counted(failed, 'window')}: weights and tables stayed"
     return f"{words}{every_words(inspection.history)}."
 
 
@@ -282,5 +285,5 @@ FIT = FigureSpec(
     draw_fit,
     _fit_caption,
     _fit_alt,
-    applies=lambda one: bool(np.isfinite(one.history.fit).any() and one.history.ranks.any()),
+    applies=lambda one: bool(np.isfinite(one.history.fit).any() and (one.history.ranks > 0).any()),
 )
