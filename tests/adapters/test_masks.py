@@ -145,7 +145,7 @@ def test_masks_of_other_entries_are_refused(given: Any) -> None:
 @pytest.mark.parametrize("given", [[1, 0, 1, 1, 0, 1], ([1, 0],), ([1, 0], [1, 1, 1], [1]), np.ones(2), 1], ids=str)
 def test_joint_masks_of_another_form_are_refused(given: Any) -> None:
     read = MaskReader(Discrete(9), Tuple([Discrete(2), Discrete(3)]))
-    with pytest.raises(ObservationError, match=r"mask of Tuple\(.*\) must be a tuple of 2 masks; got"):
+    with pytest.raises(ObservationError, match="action mask must be a tuple of 2 masks; got"):
         read(0, {"action_mask": given})
 
 
@@ -156,16 +156,33 @@ def test_observations_without_their_mask_are_refused(observation: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "space", [MultiDiscrete([2, 3]), MultiBinary(3), Box(-1, 1, (3,)), Tuple([Discrete(2), MultiBinary(2)])], ids=str
+    "space", [Box(-1, 1, (3,)), Tuple([Discrete(2), MultiBinary(2)]), Dict({"a": Discrete(2)})], ids=str
 )
 def test_actions_of_other_spaces_cannot_be_masked(space: Any) -> None:
-    message = r"action masks must belong to a Discrete action space or a Tuple of them; got one for"
+    message = r"action masks must belong to an action space that is Discrete, .*; got one for"
     with pytest.raises(SpaceError, match=message):
         MaskReader(CLASSIC, space)
     read = MaskReader(Discrete(9), space)
     assert read(0, {}) == (0, None)
     with pytest.raises(SpaceError, match=message):
         read(0, {"action_mask": [1, 1, 1]})
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ([1, 0, 0, 1, 1], [0, 1, 1, 0, 0, 0]),  # of both dimensions in one row
+        ([0, 0, 0, 0, 1], [0, 0, 1, 0, 0, 1]),  # nothing allowed of the first: it is free
+        ([0, 1, 1, 0, 0, 0], [0, 1, 1, 0, 0, 0]),  # of the joint actions
+        (([1, 0], [0, 1, 1]), [0, 1, 1, 0, 0, 0]),
+        ((None, [0, 1, 1]), [0, 1, 1, 0, 1, 1]),
+    ],
+    ids=str,
+)
+def test_masks_of_several_dimensions_are_numbered_in_c_order(given: Any, expected: list[int]) -> None:
+    _, mask = MaskReader(Discrete(9), MultiDiscrete([2, 3]))(0, {"action_mask": given})
+    assert mask is not None
+    assert mask.astype(int).tolist() == expected
 
 
 @pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda read: pickle.loads(pickle.dumps(read))])  # noqa: S301

@@ -62,7 +62,13 @@ class Backwards(QLearning):
     """Would do the opposite of what it learned, where it is asked for several states."""
 
     def predict(
-        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool | None = None
+        self,
+        observation: Any,
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool | None = None,
+        *,
+        action_masks: Any = None,
     ) -> tuple[Any, None]:
         actions, _ = super().predict(observation, deterministic=deterministic)
         return (1 - actions, None) if isinstance(observation, int) else (actions, None)
@@ -72,7 +78,13 @@ class Elsewhere(QLearning):
     """Would do what is best elsewhere."""
 
     def predict(
-        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool | None = None
+        self,
+        observation: Any,
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool | None = None,
+        *,
+        action_masks: Any = None,
     ) -> tuple[Any, None]:
         if self.problem.n_states == 6:
             return super().predict((np.asarray(observation) + 1) % 6 if np.ndim(observation) else (observation + 1) % 6)

@@ -102,7 +102,10 @@ def test_actions_of_teams_in_a_batch() -> None:
     team = TeamQ(JointEnv(Dice()), seed=0).learn(3)
     batch = (np.array([0, 3, 5]), np.array([1, 1, 0]))
     rows = [team.predict((int(a), int(b)))[0] for a, b in zip(*batch, strict=True)]
-    assert team.predict(batch)[0].tolist() == [list(row) for row in rows]
+    left, right = team.predict(batch)[0]
+    assert list(zip(left.tolist(), right.tolist(), strict=True)) == rows
+    by_agent = team.predict({"left": batch[0], "right": batch[1]})[0]
+    assert (by_agent["left"].tolist(), by_agent["right"].tolist()) == (left.tolist(), right.tolist())
 
 
 # Greedy episodes
@@ -181,9 +184,9 @@ def test_an_environment_that_cannot_be_copied_is_not_evaluated() -> None:
         QLearning(Alone(TabularMDP([[0]], [[1.0]], [[True]])), seed=0).evaluate(3)
 
 
-def test_a_team_on_an_extracted_table_says_what_it_observes() -> None:
-    team = TeamQ("tuckerl/RobotRescue-v0", seed=0)
+def test_a_team_on_a_table_of_its_own_says_what_it_observes() -> None:
+    table = TabularMDP([[0] * 4], [[0.0] * 4], [[True] * 4], action_sizes=(2, 2))
     with pytest.raises(
         ParameterTypeError, match=r"a state's number; got .*env\.state\(\), or learn with compiled=False"
     ):
-        team.predict({"robot_0": 168, "robot_1": 189})
+        TeamQ(table, seed=0).predict({"robot_0": 168, "robot_1": 189})

@@ -17,7 +17,8 @@ from tuckerl.adapters.making import GymEnvironment
 from tuckerl.adapters.masks import MASK, MASK_IS_LATE
 from tuckerl.adapters.python_problem import AgentSpaces, PythonProblem
 from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
-from tuckerl.errors import ObservationError, ProblemError
+from tuckerl.adapters.team import Team
+from tuckerl.errors import ProblemError
 from tuckerl.interrupts import is_impatient
 from tuckerl.problems.dynamics import TERMINATED, TRUNCATED, register_dynamics
 from tuckerl.problems.parts import NO_LIMIT, StateFactor
@@ -144,8 +145,8 @@ class GymnasiumProblem(PythonProblem):
         **parts: Any,
     ) -> None:
         spaces = AgentSpaces(env.observation_space, env.action_space, bins)
-        self._readers = env.unwrapped.readers if isinstance(env.unwrapped, JointEnv) else {}
-        self.agents = tuple(self._readers)
+        self._team = Team(spaces, env.unwrapped.readers) if isinstance(env.unwrapped, JointEnv) else None
+        self.agents = () if self._team is None else self._team.agents
         acted: Any = env.action_space if self.agents else (env.action_space,)
         super().__init__(
             env,
@@ -174,26 +175,19 @@ class GymnasiumProblem(PythonProblem):
         """
         return GymnasiumWorld(self, self._copies.take())
 
-    def decide(self, observation: Any, choose: Choose) -> Any:
+    def decide(self, observation: Any, choose: Choose, action_masks: Any = None) -> Any:
         """Return the action that is chosen for an observation, or those for a batch; see `Problem.decide`.
 
-        Agents of a joint environment may give a dict by agent instead of a tuple, and get one.
+        Agents of a joint environment may give dicts by agent instead of tuples, and get one.
 
         Raises
         ------
         ObservationError
             If an observation is none of the environment's, or an agent's is missing.
         """
-        if not (self.agents and isinstance(observation, Mapping)):
-            return self.spaces[0].decide(observation, 0, choose)
-        missing = [name for name in self.agents if name not in observation]
-        if missing:
-            raise ObservationError(
-                f"observations must have one of each agent, {', '.join(map(str, self.agents))}; {missing[0]} has none: "
-                "for one that has left, give its last"
-            )
-        joint = tuple(reader.part(observation[name]) for name, reader in self._readers.items())
-        return dict(zip(self.agents, self.spaces[0].decide(joint, 0, choose), strict=True))
+        if self._team is not None and isinstance(observation, Mapping):
+            return self._team.decide(observation, choose, action_masks)
+        return self.spaces[0].decide(observation, 0, choose, action_masks)
 
 
 class GymnasiumWorld(PythonWorld):

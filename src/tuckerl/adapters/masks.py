@@ -3,8 +3,10 @@
 Gymnasium's environments put a mask into ``info["action_mask"]``, as ``Taxi`` does. PettingZoo's put it there, or into
 the observation: ``{"observation": ..., "action_mask": ...}`` in a ``Dict`` space of exactly these keys. A mask has one
 entry for each action of a ``Discrete`` space, in order, 1 or True where the action may be taken. For a ``Tuple`` of
-such spaces it is a tuple of masks, as the space's ``sample`` takes them, None where a part is free.
-A mask that allows nothing allows everything, as in :class:`~tuckerl.problems.mdp.TabularMDP`.
+such spaces it is a tuple of masks, as the space's ``sample`` takes them, None where a part is free. For a
+``MultiDiscrete`` or ``MultiBinary`` space it is such a tuple; or the masks of all dimensions one after the other in one
+row, as sb3-contrib has them; or a row with an entry for each joint action, where that has another length.
+While learning, a mask that allows nothing allows everything, as in :class:`~tuckerl.problems.mdp.TabularMDP`.
 """
 
 from collections.abc import Mapping
@@ -13,8 +15,8 @@ from typing import Any
 import numpy as np
 from gymnasium import Space, spaces
 
-from tuckerl.checks import refuse_mask
 from tuckerl.errors import ObservationError, SpaceError
+from tuckerl.problems.action_masks import Batch, as_mask, freed, joint_mask, masks_in_row, masks_of_parts, shown
 from tuckerl.types import BoolArray
 
 MASK = "action_mask"
@@ -48,7 +50,7 @@ class MaskReader:
     Raises
     ------
     SpaceError
-        If the observations hold masks and the actions are neither Discrete nor a Tuple of Discrete.
+        If the observations hold masks, and the actions are of a space that has none.
 
     Examples
     --------
@@ -65,16 +67,15 @@ class MaskReader:
         self.observation_space = observation_part(observation_space)
         self.action_space = action_space
         self._in_observation = self.observation_space is not observation_space
-        self._joint = isinstance(action_space, spaces.Tuple)
         self._sizes = _sizes(action_space)
         if self._in_observation:
             self._check_maskable()
 
-    def part(self, observation: Any) -> Any:
-        """Return an observation, or a batch of them, without the mask that may lie beside it."""
+    def take_apart(self, observation: Any) -> tuple[Any, Any]:
+        """Return an observation, or a batch of them, without the mask that may lie beside it, and that mask or None."""
         if self._in_observation and isinstance(observation, Mapping) and "observation" in observation:
-            return observation["observation"]
-        return observation
+            return observation["observation"], observation.get(MASK)
+        return observation, None
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> tuple[Any, BoolArray | None]:
         """Return the observation without its mask, and the mask.
@@ -92,71 +93,68 @@ class MaskReader:
             An element of :attr:`observation_space`.
         mask : (A,) bool, or None
             A new array, True where an action may be taken, at least once; None if all may because no mask was given.
-            Where actions are a Tuple, A counts the joint ones, numbered in C order.
+            Where actions have parts, A counts the joint ones, numbered in C order.
 
         Raises
         ------
         ObservationError
             If a mask has another length or other entries than it should, or is missing in the observation.
         SpaceError
-            If there is a mask and the actions are neither Discrete nor a Tuple of Discrete.
+            If there is a mask, and the actions are of a space that has none.
         """
         given = info.get(MASK)
         if self._in_observation:
             if not isinstance(observation, Mapping) or not observation.keys() >= _KEYS:
                 raise ObservationError(
                     f"an observation must be a dict of 'observation' and '{MASK}', as its space says; "
-                    f"got {observation!r}"
+                    f"got {shown(observation)}"
                 )
             observation, given = observation["observation"], observation[MASK]
-        return observation, None if given is None else self._read(given)
+        parts = self._parts(given, ())
+        return observation, None if parts is None else joint_mask([freed(part) for part in parts])
 
-    def _read(self, given: Any) -> BoolArray | None:
-        self._check_maskable()
-        if not self._joint:
-            return _as_mask(given, self._sizes[0])
-        if not isinstance(given, (tuple, list)) or len(given) != len(self._sizes):
-            raise ObservationError(
-                f"the action mask of {self.action_space} must be a tuple of {len(self._sizes)} masks; got {given!r}"
-            )
-        if all(part is None for part in given):
+    def allowed(self, given: Any, batch: Batch) -> BoolArray | None:
+        """Return as (*batch, A) which actions a mask allows, perhaps none; None where nothing was given.
+
+        Raises
+        ------
+        ObservationError, SpaceError
+            As reading an environment's mask does.
+        """
+        parts = self._parts(given, batch)
+        return None if parts is None else joint_mask(parts)
+
+    def _parts(self, given: Any, batch: Batch) -> list[BoolArray] | None:
+        """Return the mask of each part of an action; one that has no parts is one."""
+        if given is None or (isinstance(given, (tuple, list)) and all(part is None for part in given)):
             return None
-        mask = np.ones(1, dtype=np.bool_)
-        for part, size in zip(given, self._sizes, strict=True):
-            own = np.ones(size, dtype=np.bool_) if part is None else _as_mask(part, size)
-            mask = np.logical_and.outer(mask, own).reshape(-1)  # C order: the last part's action counts ones
-        return mask
+        self._check_maskable()
+        if isinstance(self.action_space, spaces.Discrete):
+            return [as_mask(given, self._sizes[0], batch)]
+        if isinstance(self.action_space, spaces.Tuple) or _are_masks(given):
+            return masks_of_parts(given, self._sizes, batch)
+        return masks_in_row(given, self._sizes, batch)
 
     def _check_maskable(self) -> None:
         if not self._sizes:
             raise SpaceError(
-                f"action masks must belong to a Discrete action space or a Tuple of them; got one for "
-                f"{self.action_space}: leave the mask out, or number the actions by a Discrete space"
+                f"action masks must belong to an action space that is Discrete, MultiDiscrete, MultiBinary or a Tuple "
+                f"of Discrete; got one for {self.action_space}: leave the mask out, or number the actions by a Discrete"
             )
 
 
 def _sizes(space: Space[Any]) -> tuple[int, ...]:
     """Return how many actions each part of a space has; nothing if its actions cannot be masked."""
+    if isinstance(space, spaces.MultiDiscrete):
+        return tuple(map(int, space.nvec.ravel()))
+    if isinstance(space, spaces.MultiBinary):
+        return (2,) * int(np.prod(space.shape))
     parts: tuple[Any, ...] = space.spaces if isinstance(space, spaces.Tuple) else (space,)
     if not all(isinstance(part, spaces.Discrete) for part in parts):
         return ()
     return tuple(int(part.n) for part in parts)
 
 
-def _as_mask(given: Any, size: int) -> BoolArray:
-    refuse_mask("an action mask", given)
-    try:
-        entries = np.asarray(given)
-    except ValueError:  # rows of several lengths
-        entries = np.empty(())
-    if entries.shape != (size,) or entries.dtype.kind not in "biuf":
-        raise ObservationError(
-            f"an action mask must be a row of {size} entries, 1 where an action may be taken and 0 where not; "
-            f"got {given!r}"
-        )
-    mask: BoolArray = entries.astype(np.bool_)  # a copy, whatever came
-    if entries.dtype.kind != "b" and (entries != mask).any():
-        raise ObservationError(f"the entries of an action mask must be 0 or 1; got {given!r}")
-    if not mask.any():
-        mask[:] = True
-    return mask
+def _are_masks(given: Any) -> bool:
+    """Return whether these are several masks and not the entries of one."""
+    return isinstance(given, tuple) and any(part is None or np.iterable(part) for part in given)

@@ -15,6 +15,7 @@ from tuckerl.adapters.python_problem import AgentSpaces, Edges, PythonProblem
 from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
 from tuckerl.errors import ObservationError, ParameterError, ProblemError
 from tuckerl.interrupts import is_impatient
+from tuckerl.problems.action_masks import shown
 from tuckerl.problems.dynamics import TERMINATED, TRUNCATED, register_shared_dynamics
 from tuckerl.problems.parts import NO_LIMIT
 from tuckerl.problems.problem import Choose
@@ -148,20 +149,24 @@ class PettingZooProblem(PythonProblem):
         """
         return PettingZooWorld(self, self._copies.take())
 
-    def decide(self, observation: Any, choose: Choose) -> Any:
+    def decide(self, observation: Any, choose: Choose, action_masks: Any = None) -> Any:
         """Return by agent the actions that are chosen for a dict of observations; see `Problem.decide`.
 
         Raises
         ------
         ObservationError
-            If they are no such dict, or one is none of the environment's.
+            If they are no such dict, one is none of the environment's, or so with the masks.
         """
-        if not isinstance(observation, Mapping) or not set(observation) <= set(self.agents):
-            raise ObservationError(
-                f"observations must be a dict by agent, of {', '.join(map(str, self.agents))}; got {observation!r}"
-            )
+        masks = {} if action_masks is None else action_masks
+        for given, what in ((observation, "observations"), (masks, "action_masks")):
+            if not isinstance(given, Mapping) or not set(given) <= set(self.agents):
+                raise ObservationError(
+                    f"{what} must be a dict by agent, of {', '.join(map(str, self.agents))}; got {shown(given)}"
+                )
         places = {agent: self.agents.index(agent) for agent in observation}
-        return {agent: self.spaces[i].decide(observation[agent], i, choose) for agent, i in places.items()}
+        return {
+            agent: self.spaces[i].decide(observation[agent], i, choose, masks.get(agent)) for agent, i in places.items()
+        }
 
     def describe(self) -> str:
         """Return in a part of a sentence how the problem is played, and its sizes."""

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
+from gymnasium.vector.utils import concatenate, create_empty_array
 
 from tuckerl.adapters.action_names import action_names_of
 from tuckerl.adapters.masks import MaskReader
@@ -71,14 +72,20 @@ class AgentSpaces:
         part, mask = self.read(observation, info)
         return self.observations.encode(part), mask
 
-    def decide(self, observation: Any, table: int, choose: Choose) -> Any:
-        """Return the actions chosen by a table, see :meth:`tuckerl.problems.problem.Problem.decide`."""
-        observation = self.read.part(observation)
-        if not self.observations.is_batch(observation):
-            state = np.array(self.observations.encode(observation))
-            return self.actions.decode(int(choose(table, state, None)[()]))
-        states = self.observations.encode_many(observation)
-        return np.array([self.actions.decode(int(action)) for action in choose(table, states, None)])
+    def decide(self, observation: Any, table: int, choose: Choose, *action_masks: Any) -> Any:
+        """Return the actions chosen by a table, see :meth:`tuckerl.problems.problem.Problem.decide`; all masks hold."""
+        observation, carried = self.read.take_apart(observation)
+        is_batch = self.observations.is_batch(observation)
+        encode = self.observations.encode_many if is_batch else self.observations.encode
+        states = np.array(encode(observation))
+        read = [self.read.allowed(given, states.shape) for given in (carried, *action_masks)]
+        masks = [mask for mask in read if mask is not None]
+        chosen = choose(table, states, np.logical_and.reduce(masks) if masks else None)
+        if not is_batch:
+            return self.actions.decode(int(chosen[()]))
+        actions = [self.actions.decode(int(action)) for action in chosen]
+        batch: Any = create_empty_array(self.actions.space, len(actions))
+        return concatenate(self.actions.space, actions, batch) if actions else batch
 
 
 class PythonProblem(Problem):

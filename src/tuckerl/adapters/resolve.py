@@ -14,8 +14,10 @@ from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.adapters.joint import JointEnv
 from tuckerl.adapters.making import GymEnvironment, Made, made_of, name_of
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
+from tuckerl.adapters.python_problem import AgentSpaces
+from tuckerl.adapters.team import Team
 from tuckerl.adapters.transition_tables import extract_transition_table
-from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, SpaceError
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.parts import STEP_CAP
@@ -141,7 +143,7 @@ def _adapted_parallel(env: Any, source: str, make: Callable[[], Any] | None, opt
     table = _joint_table(env) if options.compiled and options.reward == "mean" else None
     if table is not None:
         _refuse_bins(options, source)
-        return _limited(table, table.max_episode_steps, source)
+        return _with_agents(_limited(table, table.max_episode_steps, source), env)
     _refuse_compiled(options, source)
     others = None if make is None else lambda: JointEnv(make(), options.reward)
     return GymnasiumProblem(JointEnv(env, options.reward), source, others, bins=options.bins)
@@ -162,6 +164,18 @@ def _joint_table(env: Any) -> TabularMDP | None:
             f"got {mdp.action_sizes}"
         )
     return mdp
+
+
+def _with_agents(table: Problem, env: Any) -> Problem:
+    """Return a joint problem that takes what its agents observe, too, where they observe all of its states."""
+    joint = JointEnv(env)
+    try:
+        spaces = AgentSpaces(joint.observation_space, joint.action_space, None)
+    except SpaceError:  # a Box, which the table does not need
+        return table
+    sizes = (spaces.observations.n, spaces.actions.n)
+    is_whole = sizes == (table.n_states, table.n_actions)
+    return table.with_agents(Team(spaces, joint.readers).decide) if is_whole else table
 
 
 def _adapted_single(

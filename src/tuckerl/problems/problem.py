@@ -7,7 +7,7 @@ kernels, which :func:`tuckerl.problems.dynamics.register_dynamics` lists. One li
 
 import itertools
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterError
+from tuckerl.problems.action_masks import Batch, as_mask, joint_mask, masks_of_parts
 from tuckerl.problems.immutable import Immutable
 from tuckerl.problems.parts import (
     STEP_CAP,
@@ -38,8 +39,12 @@ Arrays = dict[str, NDArray[Any]]
 """What a saved file holds: JSON, and arrays by name."""
 
 Choose = Callable[[int, NDArray[Any], BoolArray | None], NDArray[Any]]
-"""``choose(table, states, action_mask)`` returns an action for each state, by one agent's table; the mask is what the
-observation carried, (..., A) bool, or None."""
+"""``choose(table, states, action_masks)`` returns an action for each state, by one agent's table; the masks, (..., A)
+bool, are those that were given or that the observations carried, or None. They may lack a table's last actions, which
+an agent with fewer than others does not have."""
+
+Decide = Callable[[Any, Choose, Any], Any]
+"""As :meth:`Problem.decide`."""
 
 
 class Problem(Immutable):
@@ -86,6 +91,8 @@ class Problem(Immutable):
         Whether all agents with tables of their own have equal observation and action spaces.
     id : str or None
         The id by which the environment can be made again, where it was made by one.
+    decide_by_agent : callable or None
+        Takes the place of `decide` where a joint problem is given a dict by agent, and its agents are known.
 
     Raises
     ------
@@ -111,6 +118,7 @@ class Problem(Immutable):
     agents: tuple[Any, ...] = ()
     has_equal_spaces = True
     id: str | None = None
+    decide_by_agent: Decide | None = None
 
     def __init__(
         self,
@@ -185,7 +193,11 @@ class Problem(Immutable):
         vars(other).update(vars(self) | changes)  # it is made, as this one is
         return other
 
-    def decide(self, observation: Any, choose: Choose) -> Any:
+    def with_agents(self, decide_by_agent: Decide) -> Self:
+        """Return the same problem, which takes observations as dicts by agent besides states' numbers."""
+        return self._replace(decide_by_agent=decide_by_agent)
+
+    def decide(self, observation: Any, choose: Choose, action_masks: Any = None) -> Any:
         """Return the action that is chosen for what the environment gives, as the environment takes it.
 
         Parameters
@@ -194,16 +206,28 @@ class Problem(Immutable):
             One observation or a batch; of several agents, a dict by agent. Unless a subclass says otherwise,
             observations are states' numbers and actions are numbers.
         choose : callable
-            ``choose(table, states, action_mask)``, see `Choose`; `states` has the shape () or (batch,).
+            ``choose(table, states, action_masks)``, see `Choose`; `states` has the shape () or (batch,).
+        action_masks : optional
+            Where actions may be taken, (..., A), besides what the observations carry: both hold. Of joint actions also
+            a tuple of the agents' masks; of several agents, a dict by agent.
 
         Raises
         ------
         ParameterError, ParameterTypeError, ObservationError
-            If the observation is none of the environment's.
+            If the observation is none of the environment's, or a mask none of its actions.
         """
+        if self.decide_by_agent is not None and isinstance(observation, Mapping):
+            return self.decide_by_agent(observation, choose, action_masks)
         states = check_states(observation, self.n_states)
-        chosen = choose(0, states, None)
+        chosen = choose(0, states, self._read_masks(action_masks, states.shape))
         return int(chosen) if states.ndim == 0 else chosen
+
+    def _read_masks(self, given: Any, batch: Batch) -> BoolArray | None:
+        if given is None:
+            return None
+        if len(self.action_sizes) > 1 and isinstance(given, tuple) and len(given) == len(self.action_sizes):
+            return joint_mask(masks_of_parts(given, self.action_sizes, batch))
+        return as_mask(given, self.n_actions, batch)
 
     def describe(self) -> str:
         """Return in a part of a sentence how the problem is played, and its sizes."""

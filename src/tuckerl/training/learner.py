@@ -310,13 +310,14 @@ class Learner(Learned):
         state: Any = None,
         episode_start: Any = None,
         deterministic: bool | None = None,
+        *,
+        action_masks: Any = None,
     ) -> tuple[Any, None]:
         """Return agent 0's action for an observation or a batch of them, and None, as Stable-Baselines3 does.
 
         Observations and actions are the environment's own; for a problem of this library they are numbers. Of a
-        PettingZoo environment's agents they are dicts by agent; of a team that plays the extracted joint transition
-        table, the numbers of joint states, as ``env.state()`` gives them, and of joint actions. Masks that were seen
-        while learning are obeyed.
+        PettingZoo environment's agents they are dicts by agent; of a team that plays the joint transition table of a
+        problem of this library, numbers of joint states and of joint actions.
 
         Parameters
         ----------
@@ -327,14 +328,18 @@ class Learner(Learned):
             None plays what is learned: the greedy action, the lowest on ties, or a draw from the learner's own
             distribution if it has one. True gives the most probable action of that, False draws from the policy with
             its present exploration.
+        action_masks : optional
+            Where actions may be taken, (A,) or, of a batch, (batch, A), as sb3-contrib has it; of a PettingZoo
+            environment's agents by agent. A mask that the observation carries is obeyed without; where both are there,
+            both hold. Without either, the masks that were seen in these states while learning hold.
 
         Raises
         ------
         ParameterError, ParameterTypeError, ObservationError
-            If an observation is none of the environment's.
+            If an observation is none of the environment's, or a mask none of its actions, or no action may be taken.
         """
         predictor = self._predictor(self._state.q, self._state.declared)
-        return predictor.predict(observation, check_deterministic(deterministic)), None
+        return predictor.predict(observation, check_deterministic(deterministic), action_masks), None
 
     def evaluate(self, episodes: int = 100, *, seed: Seed = None, deterministic: bool | None = None) -> Evaluation:
         """Play episodes apart from learning, which goes on as if they had not been.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tuckerl._jit import kernel
+from tuckerl.errors import ObservationError
 from tuckerl.generalization.change_log import empty_log
 from tuckerl.problems.problem import Problem
 from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
@@ -16,14 +17,31 @@ from tuckerl.training.policies.greedy import Greedy
 from tuckerl.training.policies.policy import Policy, write_probabilities
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
+FORBIDS_ALL = (
+    "an action mask must allow an action in every state that is asked for; the one given or carried by the "
+    "observation, or both together, allows none: correct it, or leave out the agent that has no choice"
+)
 _NO_RECORD = EpisodeRecord(np.zeros(0, np.int64), np.zeros(0), np.zeros(1, np.int64), np.zeros((0, 0)), 0)
+_ALL_ALLOWED: BoolArray = np.zeros((0, 0), dtype=np.bool_)  # not read-only: kernels are compiled once for all masks
 _NO_STREAM = np.zeros(4, dtype=np.uint64)
 
 
 @kernel
-def _write_rows(agent: AgentArrays, states: IntArray, out: FloatArray) -> None:
-    """Write the probabilities of the actions in `states` (B,) into `out` (B, A)."""
+def _write_rows(agent: AgentArrays, states: IntArray, allowed: BoolArray, out: FloatArray) -> None:
+    """Write the probabilities of the actions in `states` (B,) into `out` (B, A).
+
+    Parameters
+    ----------
+    agent : AgentArrays
+    states : (B,) int64
+    allowed : (B, A) bool
+        Replaces the rows of ``agent.action_mask`` (S, A), one after the other; (0, 0) where these hold.
+    out : (B, A) float64
+    """
     for row in range(states.size):
+        if allowed.size > 0:
+            for action in range(allowed.shape[1]):
+                agent.action_mask[states[row], action] = allowed[row, action]
         write_probabilities(agent.policy, agent, states[row], out[row])
 
 
@@ -118,36 +136,56 @@ class Predictor:
         held = dict(self._declared[agent])
         return held | {own.name: copy.deepcopy(held[own.name]) for own in policy.declare_state() if own.name in held}
 
-    def predict(self, observation: Any, deterministic: bool | None) -> Any:
+    def predict(self, observation: Any, deterministic: bool | None, action_masks: Any = None) -> Any:
         """Return the actions for an observation, for a batch of them, or for a dict of observations by agent.
 
         Raises
         ------
         ParameterError, ParameterTypeError, ObservationError
-            If an observation is none of the environment's.
+            If an observation is none of the environment's, or a mask none of its actions, or it allows none.
         """
 
-        def choose(agent: int, states: NDArray[Any], action_mask: BoolArray | None) -> NDArray[Any]:
-            return self._choose(agent, states, deterministic)
+        def choose(agent: int, states: NDArray[Any], given: BoolArray | None) -> NDArray[Any]:
+            allowed = None if given is None else self._whole_rows(given)
+            return self._choose(agent, states, allowed, deterministic)
 
-        return self.problem.decide(observation, choose)
+        return self.problem.decide(observation, choose, action_masks)
 
-    def _choose(self, agent: int, states: NDArray[Any], deterministic: bool | None) -> NDArray[Any]:
-        """Return the actions in states of any shape."""
+    def _whole_rows(self, given: BoolArray) -> BoolArray:
+        """Return masks of all of a table's actions, (..., A); those that an agent does not have may not be taken."""
+        if not given.any(axis=-1).all():
+            raise ObservationError(FORBIDS_ALL)
+        allowed = np.zeros((*given.shape[:-1], self.q.shape[2]), dtype=np.bool_)
+        allowed[..., : given.shape[-1]] = given
+        return allowed
+
+    def _choose(
+        self, agent: int, states: NDArray[Any], allowed: BoolArray | None, deterministic: bool | None
+    ) -> NDArray[Any]:
+        """Return the actions in states of any shape, of those that are `allowed`, (..., A), or were while learning."""
         table, policy = self._followed(agent, deterministic)
+        known = self._action_masks[agent]
+        if allowed is None and known.size:
+            allowed = known[states]
         if isinstance(policy, Greedy) and not (deterministic is False and self._random_ties):
-            return self._greedy(table, self._action_masks[agent], states)
+            values = table[states]  # NumPy needs not be compiled as a kernel would
+            actions: NDArray[Any] = (values if allowed is None else np.where(allowed, values, -np.inf)).argmax(axis=-1)
+            return actions
         flat = np.ascontiguousarray(states, dtype=np.int64).reshape(-1)
-        probabilities = np.empty((flat.size, table.shape[1]))
-        _write_rows(self.agent(agent, deterministic), flat, probabilities)
-        cumulative = probabilities.cumsum(axis=1)
+        cumulative = self._probabilities(agent, flat, allowed, deterministic).cumsum(axis=1)
         u = self._rng.random((flat.size, 1)) * cumulative[:, -1:]
         return (cumulative <= u).sum(axis=1).reshape(states.shape)
 
-    @staticmethod
-    def _greedy(table: FloatArray, action_mask: BoolArray, states: NDArray[Any]) -> NDArray[Any]:
-        """Return the greedy actions, the lowest on ties; NumPy needs not be compiled as a kernel would."""
-        values = table[states]
-        allowed = np.where(action_mask[states], values, -np.inf) if action_mask.size else values
-        actions: NDArray[Any] = allowed.argmax(axis=-1)
-        return actions
+    def _probabilities(
+        self, agent: int, states: IntArray, allowed: BoolArray | None, deterministic: bool | None
+    ) -> FloatArray:
+        """Return how probable each action is in `states`, (B, A), up to a factor; 0 for all that are not allowed."""
+        probabilities = np.empty((states.size, self.q.shape[2]))
+        rows = _ALL_ALLOWED if allowed is None else allowed.reshape(probabilities.shape)
+        mask = rows if allowed is None else np.zeros(self.q.shape[1:], dtype=np.bool_)  # room for one row at a time
+        _write_rows(self.agent(agent, deterministic, action_mask=mask), states, rows, probabilities)
+        if allowed is not None:
+            probabilities[~rows] = 0.0  # whatever a policy of the user's own makes of masks
+            nothing = probabilities.sum(axis=1) <= 0.0
+            probabilities[nothing] = rows[nothing]
+        return probabilities
