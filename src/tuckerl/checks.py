@@ -40,7 +40,7 @@ def check_real(
     elif math.isfinite(high):
         expected += f" {'below' if high_open else 'of at most'} {high:g}"
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise ParameterTypeError(f"{expected}; got {value!r} of type {type(value).__name__}")
+        raise ParameterTypeError(f"{expected}; got {shown(value)} of type {type(value).__name__}")
     try:
         number = float(value)
     except OverflowError:
@@ -70,10 +70,10 @@ def check_int(name: str, value: object, low: int | None = None, high: int | None
     }[(low is not None, high is not None)]
     expected = f"{name} must be a whole number{bounds}"
     if isinstance(value, bool) or not isinstance(value, Integral):
-        raise ParameterTypeError(f"{expected}; got {value!r} of type {type(value).__name__}")
+        raise ParameterTypeError(f"{expected}; got {shown(value)} of type {type(value).__name__}")
     number = int(value)
     if (low is not None and number < low) or (high is not None and number > high):
-        raise ParameterError(f"{expected}; got {number}")
+        raise ParameterError(f"{expected}; got {shown(number)}")
     return number
 
 
@@ -87,7 +87,7 @@ def check_flag(name: str, value: object) -> bool:
     """
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
-    raise ParameterTypeError(f"{name} must be True or False; got {value!r}")
+    raise ParameterTypeError(f"{name} must be True or False; got {shown(value)}")
 
 
 MOST_SHOWN = 120
@@ -96,7 +96,10 @@ MOST_SHOWN = 120
 
 def shown(value: object) -> str:
     """Return how Python writes a value, in one line, cut where it would fill the screen."""
-    text = " ".join(repr(value).split())
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # Python writes no whole number of thousands of digits
+        return f"about 10^{int(math.log10(abs(value)))}" if isinstance(value, int) else f"a {type(value).__name__}"
     return text if len(text) <= MOST_SHOWN else f"{text[: MOST_SHOWN - 3]}..."
 
 
@@ -141,8 +144,8 @@ def check_name(kind: str, value: object, known: Iterable[str]) -> str:
     """
     names = sorted(known)
     if not isinstance(value, str):
-        raise ParameterTypeError(f"{kind} must be one of {', '.join(names)}; got {value!r}")
+        raise ParameterTypeError(f"{kind} must be one of {', '.join(names)}; got {shown(value)}")
     if value in names:
         return value
     others = f"use one of {', '.join(names)}" if len(names) <= _FEW else f"none of the {len(names)} known is close"
-    raise UnknownNameError(f"unknown {kind} {value!r}: {did_you_mean(value, names) or others}")
+    raise UnknownNameError(f"unknown {kind} {shown(value)}: {did_you_mean(value, names) or others}")

@@ -58,7 +58,7 @@ class LearnerError(TuckerlError, TypeError):
 
 
 class TableSizeError(ProblemError, MemoryError):
-    """A table has more entries than the machine has memory for."""
+    """Something would take more memory than is free; it was not begun."""
 
 
 class ImmutableError(TuckerlError, AttributeError):

@@ -9,6 +9,7 @@ from tuckerl.types import FloatArray
 
 CONFIDENCE = 0.95
 N_RESAMPLES = 9999
+_MOST_DRAWN = 10_000_000  # numbers at once
 ROUNDING = 1e-12
 """What differs by less, as a part of the numbers that it was made of, is equal: sums of some thousand terms do."""
 
@@ -47,7 +48,7 @@ def bca_interval(
             method="BCa",
             paired=True,
             vectorized=True,
-            batch=1000,
+            batch=max(1, min(1000, _MOST_DRAWN // samples[0].size)),
             rng=rng,
         )
     low, high = map(float, result.confidence_interval)

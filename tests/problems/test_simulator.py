@@ -236,7 +236,7 @@ def test_functions_of_another_kind(role: str, function: Callable[..., Any], mess
         ({"n_actions": 2.0}, ParameterTypeError, "n_actions must be a whole number"),
         ({"state_size": 0}, ParameterError, "state_size must be"),
         ({"parameters": [np.nan]}, ProblemError, r"parameters must be finite numbers; got \[nan\]"),
-        ({"parameters": ["a"]}, ProblemError, r"parameters must be numbers; got \['a'\]"),
+        ({"parameters": ["a"]}, ParameterTypeError, r"parameters must hold numbers; got dtype <U1"),
         ({"heuristic": [1.0]}, ProblemError, "heuristic must be 5 finite numbers"),
     ],
 )

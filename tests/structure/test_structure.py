@@ -21,6 +21,7 @@ GROUND = {
     "files",
     "interrupts",
     "intervals",
+    "memory",
     "progress",
     "registers",
     "_version",

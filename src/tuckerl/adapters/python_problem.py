@@ -160,6 +160,11 @@ class PythonProblem(Problem):
             return super().state_factors
         return tuple(map(StateFactor, digit_names(encoder), encoder.sizes))
 
+    @property
+    def world_bytes(self) -> int:
+        """Bytes of the action masks that a world keeps."""
+        return len(self.spaces) * self.n_states * self.n_actions if self.has_masks else 0
+
     def save(self) -> tuple[Header, Arrays]:
         """Return the environment's id, sizes and agents, and the edges of its bins."""
         agents = [str(agent) for agent in self.agents]

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from tuckerl.checks import refuse_mask
 from tuckerl.errors import ImmutableError
 
 _MADE = "_is_made"
@@ -40,9 +41,12 @@ class Immutable(metaclass=_MakesImmutable):
         ------
         ImmutableError
             If the object has been made.
+        ParameterTypeError
+            If an array has a mask.
         """
         if _MADE in vars(self):
             raise _refusal(self, name, "assigned")
+        refuse_mask(name, value)
         super().__setattr__(name, read_only(value))
 
     def __delattr__(self, name: str) -> None:

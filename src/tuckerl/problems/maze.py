@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from tuckerl.checks import check_int, check_name, check_real, refuse_mask
 from tuckerl.errors import MazeError, ParameterTypeError
+from tuckerl.memory import Part, check_memory
 from tuckerl.problems.immutable import Immutable
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.types import BoolArray, FloatArray, IntArray
@@ -181,6 +182,7 @@ def random_maze(
     """
     rows, columns = check_int("rows", rows, 1), check_int("columns", columns, 1)
     deviation = check_real("deviation", deviation, 0.0)
+    check_memory("a random maze", [Part("draws and walls", 20 * rows * columns, "use fewer rows or columns")])
     generator = np.random.default_rng(check_int("seed", seed, 0))
     start, goal = (_check_cell(name, cell, (rows, columns)) for name, cell in (("start", start), ("goal", goal)))
     if start == goal:

@@ -170,6 +170,11 @@ class Problem(Immutable):
         """Where an action may be taken, (S, A); None where all may, or where it is not known before playing."""
         return None
 
+    @property
+    def world_bytes(self) -> int:
+        """Bytes of memory that each world takes, where these are not few."""
+        return 0
+
     def n_tables(self, n_agents: int) -> int:
         """Return how many tables a learner keeps that was asked for `n_agents` agents.
 

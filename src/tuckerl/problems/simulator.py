@@ -26,10 +26,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tuckerl._jit import compiled_function, kernel
-from tuckerl.checks import check_int, refuse_mask
+from tuckerl.checks import check_int
 from tuckerl.errors import ParameterTypeError, ProblemError, SavedFileError, SimulatorError
 from tuckerl.problems.dynamics import register_dynamics
-from tuckerl.problems.parts import NO_LIMIT, Layout
+from tuckerl.problems.parts import NO_LIMIT, Layout, as_numbers
 from tuckerl.problems.problem import GIVE_ENV, Arrays, Header, Problem
 from tuckerl.problems.worlds import World
 from tuckerl.types import FloatArray, Stream
@@ -236,6 +236,11 @@ class Simulator(Problem):
         self.state_size = check_int("state_size", state_size, 1)
         self.parameters = _check_parameters(parameters)
 
+    @property
+    def world_bytes(self) -> int:
+        """Bytes of a world's numbers, and of those that tell what went wrong."""
+        return 8 * (NUMBERS + 2 * self.state_size)
+
     @cached_property
     def _compiled(self) -> tuple[Any, ...]:
         return tuple(compiled_function(getattr(self.functions, role), role) for role in _ARGUMENTS)
@@ -303,11 +308,7 @@ def _check_functions(functions: Functions) -> None:
 
 
 def _check_parameters(parameters: ArrayLike) -> FloatArray:
-    refuse_mask("parameters", parameters)
-    try:
-        numbers: FloatArray = np.array(parameters, dtype=np.float64).reshape(-1)
-    except (TypeError, ValueError) as error:
-        raise ProblemError(f"parameters must be numbers; got {parameters!r}") from error
+    numbers = as_numbers("parameters", parameters).reshape(-1)
     if not np.isfinite(numbers).all():
         raise ProblemError(f"parameters must be finite numbers; got {numbers}")
     return numbers

@@ -8,9 +8,11 @@ import numpy as np
 from tuckerl.errors import StepCapWarning
 from tuckerl.interrupts import interrupts_held_back
 from tuckerl.intervals import bca_interval, is_constant
+from tuckerl.memory import check_memory
 from tuckerl.rng import child, stream
 from tuckerl.training.agent_arrays import EpisodeRecord
 from tuckerl.training.loop import play, play_together
+from tuckerl.training.memory_account import evaluation_parts
 from tuckerl.training.prediction import Predictor
 from tuckerl.types import FloatArray, IntArray
 
@@ -52,6 +54,7 @@ def evaluate(
     """
     problem = predictor.problem
     n_agents = len(predictor.q) if problem.shares_world else 1
+    check_memory("evaluating", evaluation_parts(n_agents, episodes))
     world = problem.world()
     world.seed(child(sequence, 0))
     steps, returns = np.zeros((n_agents, episodes), dtype=np.int64), np.zeros((n_agents, episodes))

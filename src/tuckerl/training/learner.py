@@ -24,6 +24,7 @@ from tuckerl.errors import (
     SavedFileMissingError,
 )
 from tuckerl.generalization.step import TensorStep
+from tuckerl.memory import check_memory
 from tuckerl.problems.problem import Problem
 from tuckerl.rng import child, seed_sequence
 from tuckerl.training import persistence
@@ -33,12 +34,12 @@ from tuckerl.training.callbacks.base import CallbackLike
 from tuckerl.training.declared_state import Declaration
 from tuckerl.training.evaluation import Evaluation, evaluate
 from tuckerl.training.learned import Learned
+from tuckerl.training.memory_account import learner_parts
 from tuckerl.training.parameters import (
     check_deterministic,
     check_equal_spaces,
     check_initial_q,
     check_known,
-    check_memory,
     check_policy,
     check_step,
     merged_signature,
@@ -170,10 +171,11 @@ class Learner(Learned):
         self.problem: Problem = as_problem(env, self.adapter_options(options))
         self.n_agents = self.problem.n_tables(n_agents)
         shape = (self.problem.n_states, self.problem.n_actions)
-        check_memory(self.n_agents, *shape)
         check_equal_spaces(self.problem, self.tensor_step)
-        self.initial_q = check_initial_q(initial_q, shape)
         self._acting_policy = self.adapt_policy(self.default_policy(chosen) if policy is None else chosen)
+        declarations = (*self.declare_state(), *self._acting_policy.declare_state())
+        check_memory(type(self).__name__, learner_parts(self.problem, self.n_agents, self.tensor_step, declarations))
+        self.initial_q = check_initial_q(initial_q, shape)
         self._target_policy = self._acting_policy.target() or Greedy()
         self._state = self._new_state()
         self._prediction_rng = np.random.default_rng(child(self.seed_sequence, _PREDICTION_STREAM))

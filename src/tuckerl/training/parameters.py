@@ -1,6 +1,5 @@
 """The parameters that all learners take, and checks of those that only learners know."""
 
-import os
 from inspect import Parameter, Signature, signature
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
@@ -9,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tuckerl.checks import check_flag, check_real, did_you_mean
-from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TableSizeError
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
 from tuckerl.problems.problem import Problem
@@ -152,28 +151,3 @@ def check_equal_spaces(problem: Problem, step: TensorStep | None) -> None:
             "a tensor step needs agents whose observations and actions have equal spaces, as it puts their tables "
             f"into one tensor; those of {problem.source} differ: leave tensor_step out"
         )
-
-
-def check_memory(n_agents: int, n_states: int, n_actions: int) -> None:
-    """Refuse tables that the machine has no memory for.
-
-    Raises
-    ------
-    TableSizeError
-        If that is so.
-    """
-    size = n_agents * n_states * n_actions * 8
-    memory = _memory()
-    if size > memory:
-        raise TableSizeError(
-            f"the tables would take {size / 2**30:,.1f} GiB ({n_agents} x {n_states} states x {n_actions} actions x 8 "
-            f"bytes), and this machine has {memory / 2**30:,.1f}: use fewer bins, agents or actions"
-        )
-
-
-def _memory() -> int:
-    """Return the machine's memory in bytes; more than any desk has where the system does not say (Windows)."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):
-        return 2**40

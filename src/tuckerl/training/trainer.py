@@ -9,9 +9,11 @@ from tuckerl.checks import check_int
 from tuckerl.errors import ParameterError, StepCapWarning
 from tuckerl.generalization.step import TensorStepState
 from tuckerl.interrupts import interrupts_held_back
+from tuckerl.memory import check_memory
 from tuckerl.training.callbacks.base import CallbackLike, CallbackList, Goal
 from tuckerl.training.evaluation import CAPPED
 from tuckerl.training.loop import play, play_together
+from tuckerl.training.memory_account import history_parts
 from tuckerl.training.python_calls import PythonCall
 from tuckerl.training.training_state import TrainingState
 
@@ -61,7 +63,9 @@ class Trainer:
         if (episodes is None) == (steps is None):
             raise ParameterError(f"learn() takes either episodes or steps; got episodes={episodes} and steps={steps}")
         if episodes is not None:
-            return Goal(history.episodes + check_int("episodes", episodes, 1), _UNLIMITED)
+            n_episodes = check_int("episodes", episodes, 1)
+            check_memory("learning", history_parts(self._state.n_agents, n_episodes, self._state.schedules.n))
+            return Goal(history.episodes + n_episodes, _UNLIMITED)
         return Goal(_UNLIMITED, history.first_agent_steps + check_int("steps", steps, 1))
 
     def _is_done(self, goal: Goal) -> bool:

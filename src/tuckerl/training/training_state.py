@@ -21,7 +21,7 @@ from tuckerl.training.policies.policy import Policy
 from tuckerl.training.schedules import Schedule, ScheduleValues
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
-_LONGEST_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
+LONGEST_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
 
 MakeAlgorithmState = Callable[[Mapping[str, Any], FloatArray], Any]
 """From an agent's declared arrays by name and the algorithm's scheduled numbers to what its kernels read."""
@@ -84,7 +84,7 @@ class TrainingState:
         self.scheduled: FloatArray = np.zeros((n_agents, self.schedules.n))
         self.step_sizes: FloatArray = np.zeros((n_agents, n_actions))
         self.streams = tuple(stream(child(sequence, agent)) for agent in range(n_agents))
-        longest = min(max_episode_steps or _LONGEST_TRAJECTORY, _LONGEST_TRAJECTORY)
+        longest = min(max_episode_steps or LONGEST_TRAJECTORY, LONGEST_TRAJECTORY)
         self.trajectory: IntArray = np.zeros((n_agents, longest + 1), dtype=np.int64)
         window = tensor_step.every if tensor_step is not None and tensor_step.needs_decomposition else 0
         self.logs: tuple[ChangeLog, ...] = tuple(empty_log(n_states, n_actions, window) for _ in range(n_agents))

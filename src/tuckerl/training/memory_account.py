@@ -1,0 +1,91 @@
+"""What a learner will need of memory, part by part, before any of it is allocated.
+
+Sizes: N agents, S states, A actions, E episodes of a window. Each part is counted in full, though memory that is never
+touched costs nothing: only the tables of a window, which grow with the episodes, are counted by the rows that acting
+can touch, as long as the whole of their address space could be had at all.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from tuckerl.generalization.step import TensorStep
+from tuckerl.memory import Part, available_memory
+from tuckerl.problems.problem import Problem
+from tuckerl.training.declared_state import Declaration, DeclaredArray
+from tuckerl.training.training_state import LONGEST_TRAJECTORY
+
+_FLOAT = 8
+_PER_AGENT = 8192  # streams, records and what Python keeps of an agent; measured with a learner of 10,000 agents
+
+FEWER_STATES = "use fewer or coarser bins (see tuckerl.quantile_edges), or a smaller problem"
+FEWER_AGENTS = "use fewer agents"
+
+
+def learner_parts(
+    problem: Problem, n_agents: int, tensor_step: TensorStep | None, declarations: Sequence[Declaration]
+) -> list[Part]:
+    """Return what a new learner will need, until the end of its first window."""
+    n_states, n_actions = problem.n_states, problem.n_actions
+    table = n_agents * n_states * n_actions * _FLOAT
+    advice = FEWER_STATES if n_states * n_actions > n_agents else FEWER_AGENTS
+    longest = min(problem.max_episode_steps or LONGEST_TRAJECTORY, LONGEST_TRAJECTORY)
+    parts = [
+        Part("Q-tables", table, advice),
+        Part("trajectories", n_agents * (longest + 1) * _FLOAT, f"{FEWER_AGENTS}, or set max_episode_steps"),
+        Part("agents", n_agents * (_PER_AGENT + n_actions * _FLOAT), FEWER_AGENTS),
+        Part("worlds", (1 if problem.shares_world else n_agents) * problem.world_bytes, advice),
+        *(Part(f"{one.name!r}", n_agents * declared_bytes(one, n_states, n_actions), advice) for one in declarations),
+    ]
+    if tensor_step is not None and tensor_step.needs_decomposition:
+        parts += _window_parts(problem, n_agents, tensor_step.every)
+    return parts
+
+
+def _window_parts(problem: Problem, n_agents: int, every: int) -> Iterator[Part]:
+    """Yield the log of changed rows, and the tensor that is made of it."""
+    n_states, n_actions = problem.n_states, problem.n_actions
+    steps = (problem.max_episode_steps or n_states) + 1
+    advice = "use a smaller `every` of TensorStep, fewer agents, or coarser bins"
+    row = n_agents * every * (n_actions + 1) * _FLOAT
+    reserved = row * n_states
+    log = reserved if reserved > available_memory() else row * min(n_states, steps)
+    yield Part("changes of a window", log, advice)
+    rows = min(n_states, n_agents * every * steps)
+    yield Part("tensor of a window", n_agents * every * n_actions * rows * _FLOAT, advice)
+
+
+def declared_bytes(declaration: Declaration, n_states: int, n_actions: int) -> int:
+    """Return the bytes of what one agent keeps under a declaration.
+
+    A record is measured for few states and actions, and taken to grow with their numbers and their product.
+    """
+    if isinstance(declaration, DeclaredArray):
+        sizes = {"states": n_states, "actions": n_actions}
+        shape = (sizes[size] if isinstance(size, str) else size for size in declaration.shape)
+        return math.prod(shape) * np.dtype(declaration.dtype).itemsize
+    one, more_states, more_actions, both = (
+        _record_bytes(declaration.create_record(*sizes)) for sizes in ((1, 1), (2, 1), (1, 2), (2, 2))
+    )
+    by_state, by_action, by_pair = more_states - one, more_actions - one, both - more_states - more_actions + one
+    states, actions = n_states - 1, n_actions - 1
+    return one + by_state * states + by_action * actions + by_pair * states * actions
+
+
+def _record_bytes(record: Any) -> int:
+    held = record if isinstance(record, tuple) else vars(record).values()
+    return sum(part.nbytes for part in held if isinstance(part, np.ndarray))
+
+
+def history_parts(n_agents: int, n_episodes: int, n_scheduled: int) -> list[Part]:
+    """Return what the record of so many more episodes will need."""
+    n_bytes = n_episodes * (2 * n_agents + n_scheduled) * _FLOAT
+    return [Part("steps, returns and schedules", n_bytes, "learn fewer episodes, or give steps= instead")]
+
+
+def evaluation_parts(n_agents: int, n_episodes: int) -> list[Part]:
+    """Return what an evaluation of so many episodes will need: its record, and a few resamples of their means."""
+    n_bytes = n_episodes * (4 * n_agents + 4) * _FLOAT
+    return [Part("steps, returns and their resamples", n_bytes, "evaluate fewer episodes")]
