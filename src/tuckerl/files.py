@@ -1,11 +1,17 @@
 """Files that are written whole or not at all."""
 
+import errno
+import glob
 import os
 import tempfile
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from tuckerl.errors import OutputError
+
+FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
+"""The numbers of errors that say that there is no room on a disk."""
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -30,10 +36,18 @@ def write_whole(path: Path, content: bytes) -> None:
         Path(temporary).replace(path)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise OutputError(f"cannot write {path}: {reason}; choose a folder that you can write to") from error
+        advice = "make room there" if error.errno in FULL else "choose a folder that you can write to"
+        raise OutputError(f"cannot write {path}: {reason}; {advice}") from error
     finally:
         if temporary is not None:
             Path(temporary).unlink(missing_ok=True)
+
+
+def delete_unfinished(path: Path) -> None:
+    """Delete what a killed process left of writing `path`, which nobody may be writing now."""
+    for temporary in path.parent.glob(f".{glob.escape(path.name)}.*"):
+        with suppress(OSError):  # it is only in the way
+            temporary.unlink()
 
 
 def check_folder_of(path: Path) -> None:

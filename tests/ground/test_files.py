@@ -30,7 +30,7 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, call, full)
-    with pytest.raises(OutputError, match=r"cannot write .*result\.bin: No space left on device; choose a folder"):
+    with pytest.raises(OutputError, match=r"cannot write .*result\.bin: No space left on device; make room there$"):
         files.write_whole(path, b"new")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]

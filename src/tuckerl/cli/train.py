@@ -39,22 +39,23 @@ def train(
     Ctrl-C keeps what is learned, and the same command goes on from there, to the same bits.
     """
     # Imported here, so that --help is quick.
-    from tuckerl.cli.settings import parse_numbers, parse_settings, search_here
+    from tuckerl.cli.settings import parse_numbers, parse_settings
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.errors import RankWarning
     from tuckerl.reports.learner_text import how_it_plays, training_lines
     from tuckerl.studies.training import Training
     from tuckerl.studies.training_config import TrainingConfig
 
-    search_here(env)
     given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
     bins = None if quantile_bins is None else parse_numbers(quantile_bins, "--quantile-bins")
     bins = bins[0] if bins and len(bins) == 1 else bins
     config = TrainingConfig(algorithm, env, keywords, given, bins, agents, seed, episodes, steps)
     folder = out or Path("results") / "train" / re.sub(r"[^\w.-]+", "-", f"{algorithm}-{env}")
     # Ranks that nobody chose need no words where a window allows fewer.
-    with short_warnings(*(() if "ranks" in given else (RankWarning,))):
-        training = Training(config, folder, resume=resume, overwrite=overwrite)
+    with (
+        short_warnings(*(() if "ranks" in given else (RankWarning,))),
+        Training(config, folder, resume=resume, overwrite=overwrite) as training,
+    ):
         if training.is_finished:
             typer.echo(
                 f"Nothing to do: {training.agent_file} has learned this already ({training.learner.episodes:,} "

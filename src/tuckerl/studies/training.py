@@ -3,8 +3,14 @@
 ``run.json`` holds the configuration, ``agent.tuckerl`` the learner as it was saved last, ``history.parquet`` the steps
 and returns of its episodes. If the learner in a folder is not finished, its training goes on, to the same bits as if it
 had never stopped.
+
+The folder is locked meanwhile, and what it holds is believed only after it was checked. The agent is the truth about
+how far it is: it must be of the training that ``run.json`` tells of, and the file that was written then, of which
+``run.json`` keeps the digest wherever a training came to an orderly end. The history is written anew from the agent
+where it is not the one that belongs to it.
 """
 
+import hashlib
 import io
 import json
 import math
@@ -13,7 +19,7 @@ import time
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from tuckerl._version import __version__
 from tuckerl.adapters.kinds import PROBLEM_KINDS
@@ -21,9 +27,10 @@ from tuckerl.adapters.making import make_environment
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
 from tuckerl.errors import EnvironmentFaultError, OutputConflictError, ParameterError, UnknownNameError
-from tuckerl.files import make_folder, write_whole
+from tuckerl.files import delete_unfinished, make_folder, write_whole
 from tuckerl.learners.loading import load
 from tuckerl.studies.environments import environment_of
+from tuckerl.studies.folder_lock import FolderLock
 from tuckerl.studies.store import differences
 from tuckerl.studies.training_config import TrainingConfig, build_learner
 from tuckerl.training.callbacks.base import Callback
@@ -36,6 +43,8 @@ AGENT, HISTORY, RUN = "agent.tuckerl", "history.parquet", "run.json"
 _DECIDES = ("format", "algorithm", "environment", "settings", "quantile_bins", "agents", "seed")
 """What of ``run.json`` must be equal for the learner to be the same; other entries are for its readers."""
 _GOALS = ("episodes", "steps")
+_IDENTITY = ("played", "learner", "parameters", "tensor_step")
+"""What ``run.json`` says of the learner that was made from all this."""
 
 
 class TrainingResult(NamedTuple):
@@ -89,21 +98,24 @@ class Training:
         self.config, self.folder = config, folder
         self._environment = environment_of(config.environment, config.keywords)
         self._entries = config.to_dict()
-        held = None if overwrite else self._saved_run(resume)
-        if resume and held is None:
-            raise ParameterError(f"{folder} holds no agent to go on with: leave --resume out")
-        path = folder / AGENT
-        if held is None or not path.exists():
-            self.learner = build_learner(config, self._environment)
-        else:
-            self.learner = load(path, env=None if _is_in_file(held["played"]) else self._environment)
-            self._check_goal()
-        same_goal = held is not None and held["goal"] == self._entries["goal"]
-        self.is_finished = bool(same_goal and held is not None and held["finished"])
+        self._lock = FolderLock(folder) if folder.is_dir() else None
         self._clock = _Clock()
-        if not self.is_finished:
-            make_folder(folder, without=(AGENT, HISTORY) if held is None else ())
-            self._write_run(finished=False)
+        try:
+            self._open(resume=resume, overwrite=overwrite)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Let others write into the folder."""
+        if self._lock is not None:
+            self._lock.release()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
 
     @property
     def agent_file(self) -> Path:
@@ -134,11 +146,12 @@ class Training:
             left = self._left()
             if left:
                 self.learner.learn(**left, callbacks=[self._clock, *saving], progress=progress)
-        except EnvironmentFaultError as error:
-            raise EnvironmentFaultError(f"{error}; saved in {self.agent_file}") from error
-        finally:
-            self._save()
-        self._write_run(finished=True)
+        except BaseException as error:
+            self._save(finished=False)
+            if isinstance(error, EnvironmentFaultError):
+                raise EnvironmentFaultError(f"{error}; saved in {self.agent_file}") from error
+            raise
+        self._save(finished=True)
         self.is_finished = True
 
     def result(self, n_evaluated: int) -> TrainingResult:
@@ -151,6 +164,38 @@ class Training:
         last = float(returns[-n_last:].mean()) if n_last else math.nan
         return TrainingResult(learner.episodes, int(learner.steps.sum()), self._clock.rate, n_last, last, evaluation)
 
+    def _open(self, *, resume: bool, overwrite: bool) -> None:
+        """Make the learner, or load the folder's, and say in the folder that it is learning."""
+        held = None if overwrite else self._saved_run(resume)
+        if resume and held is None:
+            raise ParameterError(f"{self.folder} holds no agent to go on with: leave --resume out")
+        goes_on = held is not None and self.agent_file.exists()
+        if held is not None and goes_on:
+            self.learner = load(self.agent_file, env=None if _is_in_file(held["played"]) else self._environment)
+            self._check_agent(held, resume=resume)
+            self._check_goal()
+        else:
+            self.learner = build_learner(self.config, self._environment)
+        self.is_finished = held is not None and goes_on and self._is_finished(held)
+        if not self.is_finished:
+            self._lock_new_folder()
+            for name in (AGENT, HISTORY, RUN):
+                delete_unfinished(self.folder / name)
+            if held is None:
+                make_folder(self.folder, without=(AGENT, HISTORY))
+            self._write_run(finished=False)
+
+    def _lock_new_folder(self) -> None:
+        """Make and lock the folder where it was not there; then nobody else may have begun in it meanwhile."""
+        if self._lock is None:
+            make_folder(self.folder)
+            self._lock = FolderLock(self.folder)
+            if (self.folder / RUN).exists():
+                raise OutputConflictError(
+                    f"{self.folder} was made by another tuckerl train just now: give the command again, or choose "
+                    "another folder with --out"
+                )
+
     def _saved_run(self, resume: bool) -> dict[str, Any] | None:
         """Return what the folder's ``run.json`` says; None where there is no agent yet."""
         path = self.folder / RUN
@@ -161,7 +206,7 @@ class Training:
                 return None
             held: dict[str, Any] = json.loads(path.read_bytes())
             there, here = ({name: run.get(name) for name in _DECIDES} for run in (held, self._entries))
-            is_whole = {"goal", "played", "finished"} <= held.keys()
+            is_whole = {"goal", "finished", *_IDENTITY} <= held.keys() and isinstance(held["parameters"], dict)
         except (OSError, ValueError, AttributeError) as error:
             if isinstance(error, OutputConflictError):
                 raise
@@ -187,33 +232,66 @@ class Training:
         if left > 0:
             return {"steps": left}
         # The first agent has done its steps; asking for one episode more lets the others catch up with it instead.
-        return {} if self.learner.is_saveable else {"episodes": 1}
+        return {} if self.learner.history.in_sync else {"episodes": 1}
 
-    def _check_goal(self) -> None:
-        wanted = self._entries["goal"]["episodes"]
-        if wanted is not None and self.learner.episodes > wanted:
-            raise ParameterError(
-                f"{self.folder} holds {self.learner.episodes} episodes, more than the {wanted} asked for: ask for more "
-                "with --resume, or begin anew with --overwrite"
+    def _check_agent(self, held: Mapping[str, Any], *, resume: bool) -> None:
+        """Refuse an agent that is not the one that ``run.json`` tells of.
+
+        Raises
+        ------
+        OutputConflictError
+            If that is so.
+        """
+        sequence = self.learner.seed_sequence
+        there = _flat(_plain(_identity(self.learner))) | {
+            "seed": sequence.entropy,
+            "spawn_key": list(sequence.spawn_key),
+        }
+        here = _flat(held) | {"seed": self.config.seed, "spawn_key": []}
+        for name in (name for name in there if name in here):  # another version may have written down others
+            if there[name] != here[name]:
+                values = f"{json.dumps(there[name])} in {AGENT} and {json.dumps(here[name])} in {RUN}"
+                raise _conflict(self.folder, f"{name} is {values}")
+        saved = held.get("saved")
+        if saved and not resume and _digest(self.agent_file) != saved[AGENT]:
+            raise OutputConflictError(
+                f"{self.agent_file} is not the file that the training wrote, of which {RUN} has the digest: put that "
+                "back, go on from this one with --resume, or begin anew with --overwrite"
             )
 
-    def _write_run(self, *, finished: bool) -> None:
-        learner = self.learner
-        entries = self._entries | {
-            "played": learner.problem.kind,
-            "learner": type(learner).__name__,
-            "parameters": {name: as_json(value) for name, value in learner.parameters.items()},
-            "tensor_step": None if learner.tensor_step is None else vars(learner.tensor_step),
-            "finished": finished,
-            "versions": _versions(),
-        }
-        write_whole(self.folder / RUN, json.dumps(entries, indent=1).encode() + b"\n")
+    def _check_goal(self) -> None:
+        history, (episodes, steps) = self.learner.history, (self._entries["goal"][name] for name in _GOALS)
+        if episodes is not None and history.most_episodes > episodes:
+            more = f"{history.most_episodes} episodes, more than the {episodes}"
+        elif steps is not None and history.first_agent_steps - int(history.latest_steps[0]) >= steps:
+            more = f"{history.first_agent_steps} steps, an episode more than the {steps}"
+        else:
+            return
+        raise ParameterError(
+            f"{self.folder} holds {more} asked for: ask for more with --resume, or begin anew with --overwrite"
+        )
 
-    def _save(self) -> None:
+    def _is_finished(self, held: Mapping[str, Any]) -> bool:
+        """Return whether the folder holds this training's end: nothing is left, and all its files are those of then."""
+        if held["goal"] != self._entries["goal"] or not held["finished"]:
+            return False
+        is_done = self.learner.diverged_at is not None or not self._left()
+        return is_done and held.get("saved") == self._digests()
+
+    def _digests(self) -> dict[str, str | None]:
+        return {name: _digest(self.folder / name) for name in (AGENT, HISTORY)}
+
+    def _write_run(self, *, finished: bool, saved: Mapping[str, str | None] | None = None) -> None:
+        """Write ``run.json``; `saved` has the digests of the files beside it, as long as these stay as they are."""
+        entries = self._entries | _identity(self.learner) | {"finished": finished, "saved": saved}
+        write_whole(self.folder / RUN, json.dumps(entries | {"versions": _versions()}, indent=1).encode() + b"\n")
+
+    def _save(self, *, finished: bool) -> None:
         self.learner.save(self.agent_file)
         buffer = io.BytesIO()
         self.learner.to_frame().write_parquet(buffer)
         write_whole(self.folder / HISTORY, buffer.getvalue())
+        self._write_run(finished=finished, saved=self._digests())
 
 
 class _Clock(Callback):
@@ -266,7 +344,7 @@ def load_learner(path: Path, environment: str | None = None, keywords: Mapping[s
         raise ParameterError("keywords of the environment need its id: give --env with --env-set")
     try:
         return load(path, env=_environment_beside(path))
-    except UnknownNameError as error:  # a module of the current folder is imported only if its user names it
+    except UnknownNameError as error:
         raise UnknownNameError(f"{error}; name what it learned on with --env") from error
 
 
@@ -280,10 +358,47 @@ def _environment_beside(path: Path) -> Environment | None:
     return None if path.name != AGENT or _is_in_file(played) else environment_of(name, keywords)
 
 
+_OLD_KINDS = {"lifted": "table"}
+"""What older folders call the kinds of problems."""
+
+
 def _is_in_file(kind: str) -> bool:
     """Return whether a saved learner holds all of its problem, which is then not given to `load`."""
-    kind = {"lifted": "table"}.get(kind, kind)  # what older folders say
+    kind = _OLD_KINDS.get(kind, kind)
     return kind in PROBLEM_KINDS and PROBLEM_KINDS[kind].load().is_data
+
+
+def _identity(learner: Learner) -> dict[str, Any]:
+    """Return the entries of `_IDENTITY`."""
+    return {
+        "played": learner.problem.kind,
+        "learner": type(learner).__name__,
+        "parameters": {name: as_json(value) for name, value in learner.parameters.items()},
+        "tensor_step": None if learner.tensor_step is None else vars(learner.tensor_step),
+    }
+
+
+def _flat(identity: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the entries of `_IDENTITY`, as they are read from JSON, in one dict."""
+    step, played = identity["tensor_step"], identity["played"]
+    names = {"learner": identity["learner"], "played": _OLD_KINDS.get(played, played), "tensor_step": step is not None}
+    flat: dict[str, Any] = names | identity["parameters"] | (step or {})
+    return flat
+
+
+def _plain(entries: Mapping[str, Any]) -> dict[str, Any]:
+    """Return entries as they are read back from JSON."""
+    plain: dict[str, Any] = json.loads(json.dumps(entries))
+    return plain
+
+
+def _digest(path: Path) -> str | None:
+    """Return the SHA-256 of a file; None where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return None
 
 
 def _versions() -> dict[str, str]:
