@@ -156,24 +156,38 @@ def test_checkpoints_are_written_while_learning(monkeypatch: pytest.MonkeyPatch)
     assert episodes == [20, 40, 50]
 
 
-def test_a_module_in_the_current_folder_is_imported_only_by_its_users_word(
+def test_commands_find_modules_in_the_current_folder_after_all_others(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(sys, "path", [place for place in sys.path if place not in ("", str(Path.cwd()))])
+    elsewhere = [place for place in sys.path if place not in ("", str(Path.cwd()))]
+    monkeypatch.setattr(sys, "path", list(elsewhere))
     world = (
         "import gymnasium\n"
         "from tests.cli.moody_world import Moody\n"
         "gymnasium.register('Here-v0', entry_point=Moody, max_episode_steps=9)\n"
     )
     Path("moody_here.py").write_text(world)
+    Path("json.py").write_text("raise ValueError('the wrong one')")
+
+    def forget() -> None:
+        assert sys.path == elsewhere
+        monkeypatch.delitem(sys.modules, "moody_here")
+        monkeypatch.delitem(gymnasium.registry, "Here-v0")
+
     assert status_of("train", "sarsa", "moody_here:Here-v0", "--episodes", "3", "--out", "agent") == 0
+    for command in (["evaluate"], ["evaluate", "--episodes", "2", "--env", "moody_here:Here-v0"], ["show"]):
+        forget()
+        assert status_of(command[0], "agent/agent.tuckerl", *command[1:]) == 0
+    keywords = ["--env-set", "length=5"]
+    forget()
+    assert status_of("train", "sarsa", "moody_here:Here-v0", "--episodes", "3", "--out", "five", *keywords) == 0
+    forget()
+    assert status_of("evaluate", "five/agent.tuckerl") == 0  # which only run.json says how to make
+    forget()
+    Path("moody_here.py").unlink()
     capsys.readouterr()
-    monkeypatch.setattr(sys, "path", sys.path[:-1])
-    monkeypatch.delitem(sys.modules, "moody_here")
-    monkeypatch.delitem(gymnasium.registry, "Here-v0")
     assert status_of("evaluate", "agent/agent.tuckerl") == 2
     assert capsys.readouterr().err.endswith("name what it learned on with --env\n")
-    assert status_of("evaluate", "agent/agent.tuckerl", "--env", "moody_here:Here-v0", "--episodes", "2") == 0
 
 
 def test_bins_can_be_quantiles(capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,7 +4,9 @@ Exit status: 0 done; 2 wrong input, said in one sentence on standard error; 130 
 """
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import typer
 from typer.exceptions import Exit, TyperException
@@ -16,9 +18,12 @@ from tuckerl.cli.evaluate import evaluate
 from tuckerl.cli.listing import list_names
 from tuckerl.cli.reproduce import reproduce
 from tuckerl.cli.show import show
+from tuckerl.cli.signals import endings_are_interrupts
 from tuckerl.cli.train import train
+from tuckerl.files import FULL
 
 INTERRUPTED = 130
+_INTERRUPTED = "interrupted: what is finished is kept, the same command goes on from there"
 
 COMMANDS: dict[str, Callable[..., None]] = {
     "reproduce": reproduce,
@@ -58,14 +63,33 @@ def _options(
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit with its status."""
     try:
-        status = app(arguments, standalone_mode=False)  # Typer turns an interrupt into this status
+        with endings_are_interrupts(), _modules_found_here():
+            status = app(arguments, standalone_mode=False)  # Typer turns an interrupt into this status
         if status == INTERRUPTED:
-            _complain("interrupted: what is finished is kept, the same command goes on from there", status)
+            status = _complain(_INTERRUPTED, INTERRUPTED)
+    except KeyboardInterrupt:  # another one, while it was turning
+        status = _complain(_INTERRUPTED, INTERRUPTED)
     except TyperException as error:
         status = 0 if not error.format_message() else _complain(error.format_message(), 2)
     except errors.TuckerlError as error:
         status = _complain(str(error), 2)
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        status = _complain(f"{error.strerror}: make room on the disk, and give the same command again", 1)
     sys.exit(status if isinstance(status, int) else 0)
+
+
+@contextmanager
+def _modules_found_here() -> Iterator[None]:
+    """Let all commands find modules in the current folder, as ``python -m`` does, after all others."""
+    before, here = list(sys.path), str(Path.cwd())
+    if here not in before:
+        sys.path.append(here)
+    try:
+        yield
+    finally:
+        sys.path[:] = before
 
 
 def _complain(message: str, status: int) -> int:

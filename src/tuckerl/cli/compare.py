@@ -37,14 +37,13 @@ def compare(
     again.
     """
     # Imported here, so that --help is quick.
-    from tuckerl.cli.settings import parse_settings, search_here
+    from tuckerl.cli.settings import parse_settings
     from tuckerl.progress import default_workers, progress_bar
     from tuckerl.reports.comparison_page import outcome, write_comparison
     from tuckerl.studies.comparison import ComparisonConfig, comparison_study
     from tuckerl.studies.comparison_result import summarise_comparison
     from tuckerl.studies.reproduce import run_study
 
-    search_here(env)
     given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
     config = ComparisonConfig(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed)
     comparison = comparison_study(config)

@@ -19,12 +19,11 @@ def evaluate(
 ) -> None:
     """Play greedy episodes with a saved agent; print their mean return with its interval."""
     # Imported here, so that --help is quick.
-    from tuckerl.cli.settings import parse_settings, search_here
+    from tuckerl.cli.settings import parse_settings
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.reports.learner_text import evaluation_lines, name_of
     from tuckerl.studies.training import load_learner
 
-    search_here(env or "")
     with short_warnings():
         learner = load_learner(file, env, parse_settings(env_settings or (), "--env-set"))
         evaluation = learner.evaluate(episodes, seed=seed)

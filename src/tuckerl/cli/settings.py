@@ -2,9 +2,7 @@
 
 import ast
 import json
-import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from tuckerl.errors import ParameterError
@@ -50,13 +48,6 @@ def parse_numbers(text: str, option: str, count: int | None = None) -> Any:
         wanted = "whole numbers" if count is None else f"{count} whole numbers"
         raise ParameterError(f"{option} must be {wanted} with commas between them; got {text!r}")
     return numbers
-
-
-def search_here(environment: str) -> None:
-    """Let MODULE:ID find modules in the current folder, as ``python -m`` does, after all others."""
-    here = str(Path.cwd())
-    if ":" in environment and here not in sys.path:
-        sys.path.append(here)
 
 
 def _value(text: str) -> Any:

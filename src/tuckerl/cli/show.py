@@ -24,12 +24,11 @@ def show(
 ) -> None:
     """Inspect a file: write inspect.html and figures of the policy, the values, the loadings and the windows."""
     # Imported here, so that --help is quick.
-    from tuckerl.cli.settings import parse_numbers, parse_settings, search_here
+    from tuckerl.cli.settings import parse_numbers, parse_settings
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.reports.inspect.file import inspect_file
     from tuckerl.reports.inspect.page import write_inspection
 
-    search_here(env or "")
     shape = None if layout is None else parse_numbers(layout, "--layout", 2)
     numbers = None if ranks is None else parse_numbers(ranks, "--ranks", 4)
     with short_warnings():
