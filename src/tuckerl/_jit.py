@@ -24,6 +24,7 @@ from numba import types as numba_types
 from numba.core import config as numba_config
 from numba.core.caching import FunctionCache
 from numba.core.errors import NumbaError
+from numba.core.event import Listener, install_listener
 from numba.extending import intrinsic, overload
 
 from tuckerl.errors import SimulatorError
@@ -114,6 +115,28 @@ class _OurCache(_FunctionCache):  # type: ignore[misc]  # Numba has no types
     def save_overload(self, sig: Any, data: Any) -> None:
         if _is_kept(sig):
             super().save_overload(sig, data)
+
+
+class _FirstCompilation(Listener):
+    """Hears of what Numba compiles, which what it finds in the cache is not."""
+
+    def __init__(self, notice: Callable[[], None]) -> None:
+        self._notice, self._was_noticed = notice, False
+
+    def on_start(self, event: Any) -> None:
+        if not self._was_noticed:
+            self._was_noticed = True
+            self._notice()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+@contextmanager
+def compiling_noticed(notice: Callable[[], None]) -> Iterator[None]:
+    """Call `notice` once, when the first kernel in the block begins to be compiled; not if all are in the cache."""
+    with install_listener("numba:compile", _FirstCompilation(notice)):
+        yield
 
 
 def kernel(function: _Function) -> _Function:

@@ -1,7 +1,8 @@
 import pytest
 
-from tuckerl.cli.settings import parse_settings
-from tuckerl.errors import ParameterError
+from tuckerl import Exponential, Harmonic, Linear
+from tuckerl.cli.settings import parse_parameters, parse_settings
+from tuckerl.errors import ParameterError, UnknownNameError
 
 
 @pytest.mark.parametrize(
@@ -46,3 +47,56 @@ def test_what_is_no_setting_is_said(text: str) -> None:
 def test_a_name_that_comes_twice_is_refused() -> None:
     with pytest.raises(ParameterError, match="--set must be given alpha once; got alpha=1 and 'alpha=2'"):
         parse_settings(["alpha=1", "alpha=2"])
+
+
+@pytest.mark.parametrize(
+    ("text", "schedule"),
+    [
+        ("Linear(0.2,0,400)", Linear(0.2, 0.0, 400)),
+        (" Linear ( 0.2 , 0, episodes = 400 ) ", Linear(0.2, 0.0, 400)),
+        ("Linear(episodes=400, stop=0, start=1e-1)", Linear(0.1, 0.0, 400)),
+        ("Exponential(.5)", Exponential(0.5)),
+        ("Exponential(0.5, 0.99, minimum=0.01)", Exponential(0.5, 0.99, 0.01)),
+        ("Harmonic(0.5, half_after=1000)", Harmonic(0.5, 1000.0)),
+    ],
+)
+def test_schedules_are_given_by_name(text: str, schedule: object) -> None:
+    assert parse_parameters([f"epsilon={text}"]) == {"epsilon": schedule}
+    assert parse_parameters([f"candidate.epsilon={schedule!r}"]) == {"candidate.epsilon": schedule}
+
+
+def test_other_values_are_as_in_all_settings() -> None:
+    texts = ["alpha=0.2", "ranks=(15, 3, 9, 1)", "share=max", "bins=[10, 10]"]
+    assert parse_parameters(texts) == parse_settings(texts)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("Liner(0.2,0,400)", r"epsilon: unknown schedule 'Liner': did you mean 'Linear'\?; schedules are Exponential"),
+        ("__import__('os')", r"unknown schedule '__import__'.*Linear\(start, stop, episodes\)$"),
+        ("f(1)(2)", "unknown schedule 'f'"),
+        (
+            "Linear()",
+            r"must be given Linear\(start, stop, episodes\) with numbers in it; got Linear\(\): missing",
+        ),
+        ("Linear(0.2,0)", "missing a required argument: 'episodes'"),
+        ("Linear(0.2,0,400,1)", "too many positional arguments"),
+        ("Linear(0.2,0,400,stop=1)", "multiple values for argument 'stop'"),
+        ("Linear(start=0.2,0,400)", "0 comes after start"),
+        ("Linear(0.2,0,episodes=1,episodes=2)", "'episodes=2' is out of place"),
+        ("Linear(0.2,0,=1)", "'=1' is out of place"),
+        ("Linear(0.2,,400)", "could not convert string to float: ''"),
+        ("Linear(0.2,0,len('ab'))", r"could not convert string to float: \"len\('ab'\)\""),
+        ("Linear(0.2,0,400,duration=1)", "unexpected keyword argument 'duration'"),
+        ("Linear(2,0,400)", r"start must be a number in \[0, 1\]; got 2\.0"),
+        ("Linear(0.2,0,4.5)", "episodes must be a whole number"),
+        ("Linear(nan,0,4)", "start must be a number"),
+        ("Exponential(0.5, decay=2)", r"Exponential\(start, decay=1, minimum=0\) with numbers.*decay must be a number"),
+    ],
+)
+def test_what_is_no_schedule_is_said(text: str, message: str) -> None:
+    with pytest.raises((ParameterError, UnknownNameError), match=message) as raised:
+        parse_parameters([f"epsilon={text}"])
+    assert len(str(raised.value)) <= 600
+    assert "epsilon" in str(raised.value)

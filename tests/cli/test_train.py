@@ -6,7 +6,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import gymnasium
 import numpy as np
@@ -15,6 +15,7 @@ import pytest
 from gymnasium.wrappers import TimeLimit
 
 import tuckerl
+from tests.cli import pennies_world
 from tests.cli.moody_world import ID, Mood, Moody
 from tuckerl.cli import main
 from tuckerl.training.learner import Learner
@@ -190,6 +191,43 @@ def test_commands_find_modules_in_the_current_folder_after_all_others(
     assert capsys.readouterr().err.endswith("name what it learned on with --env\n")
 
 
+def test_numbers_can_follow_schedules(capsys: pytest.CaptureFixture[str]) -> None:
+    wanted = ["train", "q-learning", "FrozenLake-v1", "--evaluate", "0", "--set", "alpha=Harmonic(0.5, half_after=9)"]
+    wanted += ["--set", "epsilon=Linear(0.2,0,20)", "--out", "lake", "--episodes"]
+    assert status_of(*wanted, "10") == 0
+    assert status_of(*wanted, "30", "--resume") == 0
+    schedules = {"alpha": tuckerl.Harmonic(0.5, 9.0), "epsilon": tuckerl.Linear(0.2, 0.0, 20)}
+    learner: Any = tuckerl.QLearning("FrozenLake-v1", seed=0, **schedules)  # type: ignore[arg-type]
+    assert np.array_equal(tuckerl.load("lake/agent.tuckerl").q, learner.learn(30).q)
+    capsys.readouterr()
+    assert status_of(*[text.replace("20)", "21)") for text in wanted], "30") == 2
+    assert "settings.epsilon.episodes is 20 there and 21 now" in capsys.readouterr().err
+
+
+def test_returns_are_told_by_agent_where_they_differ(capsys: pytest.CaptureFixture[str]) -> None:
+    wanted = ["train", "q-learning", f"tests.cli.pennies_world:{pennies_world.ID}", "--set", "compiled=false"]
+    assert status_of(*wanted, "--episodes", "30", "--evaluate", "5", "--out", "pennies") == 0
+    lines = capsys.readouterr().out.splitlines()
+    returns = tuckerl.load("pennies/agent.tuckerl").returns[-3:].mean(axis=0)
+    assert returns[0] == -returns[1] != 0
+    assert lines[1] == "Mean return of the last 3 episodes of learning: 0"
+    assert lines[2] == f"By agent: same {returns[0]:.4g}, other {returns[1]:.4g}"
+    assert lines[3].startswith("Mean return of 5 greedy episodes: 0")
+    assert re.fullmatch(r"By agent: same (-?\d), other (-?\d)", lines[4])
+    assert status_of("evaluate", "pennies/agent.tuckerl", "--episodes", "5") == 0
+    assert capsys.readouterr().out.splitlines()[2] == lines[4]
+
+
+@pytest.mark.parametrize(
+    "env", [["tuckerl/RobotRescue-v0", "--episodes", "2"], ["FrozenLake-v1", "--agents", "3", "--episodes", "500"]]
+)
+def test_returns_are_not_told_by_agent_where_all_want_the_same(
+    env: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert status_of("train", "q-learning", *env, "--evaluate", "0") == 0
+    assert "By agent" not in capsys.readouterr().out
+
+
 def test_bins_can_be_quantiles(capsys: pytest.CaptureFixture[str]) -> None:
     wanted = ["train", "q-learning", "CartPole-v1", "--episodes", "5", "--evaluate", "2", "--out", "pole"]
     assert status_of(*wanted, "--quantile-bins", "1,1,3,2") == 0
@@ -215,7 +253,10 @@ def test_warnings_are_one_line_and_default_ranks_need_none(capsys: pytest.Captur
         (["tsarsa", "FrozenLake-v1"], "unknown algorithm 'tsarsa': did you mean 'sarsa'?"),
         (["sarsa", "FrozenLak-v1"], "unknown environment 'FrozenLak-v1': did you mean 'FrozenLake-v1'?"),
         (["sarsa", "no_such:FrozenLake-v1"], "there is no module 'no_such' to import"),
-        (["sarsa", "FrozenLake-v1", "--set", "alhpa=1"], "sarsa has no parameter 'alhpa': did you mean 'alpha'?"),
+        (
+            ["sarsa", "FrozenLake-v1", "--set", "alhpa=1"],
+            "sarsa has no parameter 'alhpa': 'alpha'?; `tuckerl list sarsa` tells of each",
+        ),
         (["sarsa", "FrozenLake-v1", "--set", "alpha=2"], "alpha must be a number in (0, 1]; got 2.0"),
         (["sarsa", "FrozenLake-v1", "--set", "n_agents=2"], "give the number of agents with --agents"),
         (["sarsa", "FrozenLake-v1", "--env-set", "slippery=1"], "cannot make FrozenLake-v1 with slippery=1"),

@@ -120,3 +120,19 @@ def test_code_compiled_for_an_algorithm_of_others_is_not_kept(tmp_path: Path) ->
     assert run(with_mine) == "1 1"
     (tmp_path / "mine.py").unlink()  # what is kept must not ask for it
     assert run(CHOICE) == "1 0"
+
+
+def test_what_is_compiled_is_noticed_once_and_what_is_ready_never() -> None:
+    @_jit.kernel
+    def more(number: float) -> float:
+        return number + 1
+
+    noticed: list[str] = []
+    with _jit.compiling_noticed(lambda: noticed.append("now")):
+        assert noticed == []
+        more(1.0)
+        more(1)  # another kind
+    assert noticed == ([] if _jit._INTERPRETED else ["now"])
+    with _jit.compiling_noticed(lambda: noticed.append("again")):
+        more(2.0)
+    assert "again" not in noticed

@@ -9,6 +9,7 @@ from typing import Any
 
 import polars as pl
 import pytest
+from tensorboardX.event_file_writer import EventsWriter
 
 from tests.learners.worlds import random_mdp
 from tests.training.counting import countings
@@ -223,18 +224,98 @@ def test_calls_within_one_second_have_files_of_their_own(tmp_path: Path) -> None
     assert {step for _, step in points_of(tmp_path)} == {2, 4, 6, 8, 10}
 
 
-@pytest.mark.parametrize("episode", [4, 5])
-def test_tensorboard_forgets_what_came_after_the_checkpoint(episode: int, tmp_path: Path) -> None:
-    def fresh() -> QLearning:
-        return QLearning(PROBLEM, seed=1)
+def written(folder: Path) -> list[tuple[str, int]]:
+    """Read which points the files hold, also those that TensorBoard hides."""
+    found = []
+    for path in sorted(folder.iterdir()):
+        for record in records(path.read_bytes()):
+            event = dict(fields(record))
+            summaries = (dict(fields(summary)) for _, summary in fields(event.get(5, b"")))
+            found += [(summary[1].decode(), event[2]) for summary in summaries]
+    return found
 
+
+def fresh_learner() -> QLearning:
+    return QLearning(PROBLEM, n_agents=2, alpha=0.3, epsilon_decay=0.9, seed=1, tensor_step=STEP)
+
+
+@pytest.mark.parametrize("every", [2, 5])
+@pytest.mark.parametrize("saved_at", [4, 5, 10, 14])
+def test_a_board_that_goes_on_has_every_window_once(every: int, saved_at: int, tmp_path: Path) -> None:
+    # An earlier program's board is further than its checkpoint, or (which was there first) not as far, or lost.
+    fresh_learner().learn(23, callbacks=[TensorBoard(tmp_path / "whole", every=every)])
+    whole = points_of(tmp_path / "whole")
+    agent = fresh_learner().learn(saved_at)
+    agent.save(tmp_path / "agent")
+    for played in (saved_at + 3, saved_at - 3, 0):
+        board = TensorBoard(tmp_path / f"board{played}", every=every)
+        if played:
+            fresh_learner().learn(played, callbacks=[board])
+        again = QLearning.load(tmp_path / "agent")
+        again.learn(3, callbacks=[board])
+        again.learn(23 - saved_at - 3, callbacks=[TensorBoard(board.folder, every=every)])
+        assert points_of(board.folder) == whole
+        assert sorted(written(board.folder)) == sorted(whole), "no point twice"
+
+
+def test_a_board_shows_every_window_once_where_the_earlier_file_could_not_be_deleted(tmp_path: Path) -> None:
     board = TensorBoard(tmp_path / "board", every=2)
-    fresh().learn(9, callbacks=[board, Checkpoint(tmp_path / "agent{episode}", every=episode)])
-    again = QLearning.load(tmp_path / f"agent{episode}")
-    assert {step for _, step in points_of(tmp_path / "board")} == {2, 4, 6, 8}
-    again.learn(7 - episode, callbacks=[board])
-    fresh().learn(7, callbacks=[TensorBoard(tmp_path / "whole", every=2)])
-    assert points_of(tmp_path / "board") == points_of(tmp_path / "whole")
+    fresh_learner().learn(9, callbacks=[board])
+    (earlier,) = board.folder.iterdir()
+    content = earlier.read_bytes()
+    fresh_learner().learn(7, callbacks=[board])
+    earlier.write_bytes(content)  # as after a kill at that moment
+    assert {step for _, step in points_of(board.folder)} == {2, 4, 6}
+
+
+def test_a_board_leaves_files_of_others_alone(tmp_path: Path) -> None:
+    (tmp_path / "events.out.tfevents.1.host").write_bytes(b"")
+    for _ in range(2):
+        fresh_learner().learn(9, callbacks=[TensorBoard(tmp_path)])
+    assert len(list(tmp_path.iterdir())) == 2
+    assert (tmp_path / "events.out.tfevents.1.host").exists()
+
+
+def test_a_full_disk_is_said_by_a_board(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    flush: Any = EventsWriter.flush
+    calls: list[int] = []
+
+    def full_at_the_second(writer: Any) -> Any:
+        calls.append(1)
+        if len(calls) == 2:
+            raise OSError(28, "No space left on device")
+        return flush(writer)
+
+    monkeypatch.setattr(EventsWriter, "flush", full_at_the_second)
+    with pytest.raises(OutputError, match=r"cannot write into .*: No space left on device; make room there"):
+        fresh_learner().learn(9, callbacks=[TensorBoard(tmp_path)])
+
+
+@pytest.mark.parametrize("kind", [CsvLog, JsonLinesLog, TensorBoard])
+def test_a_window_whose_tensor_step_is_still_to_come_is_not_told(kind: Any, tmp_path: Path) -> None:
+    broken = [True]
+
+    def weights(decomposition: Any) -> Any:
+        if broken[0]:
+            raise ConnectionError("lost")
+        return [0.5, 0.25, 0.125]
+
+    def learner() -> QLearning:
+        step = TensorStep(every=5, ranks=(2, 2, 2, 1), weights=weights)
+        return QLearning(PROBLEM, n_agents=2, seed=1, tensor_step=step)
+
+    again = learner()
+    with pytest.raises(ConnectionError):
+        again.learn(10, callbacks=[kind(tmp_path / "log")])
+    assert again.episodes == 5
+    broken[0] = False
+    again.learn(5, callbacks=[kind(tmp_path / "log")])
+    learner().learn(10, callbacks=[kind(tmp_path / "whole")])
+    if kind is TensorBoard:
+        assert points_of(tmp_path / "log") == points_of(tmp_path / "whole")
+        assert sorted(written(tmp_path / "log")) == sorted(written(tmp_path / "whole"))
+    else:
+        assert (tmp_path / "log").read_text() == (tmp_path / "whole").read_text()
 
 
 def test_points_can_be_seen_while_it_learns(tmp_path: Path) -> None:

@@ -19,7 +19,10 @@ def compare(
     settings: Annotated[
         list[str] | None,
         typer.Option(
-            "--set", metavar="NAME=VALUE", help="A parameter of both, or base.NAME or candidate.NAME; may be repeated."
+            "--set",
+            metavar="NAME=VALUE",
+            help="A parameter of both, or base.NAME or candidate.NAME; may be repeated. `tuckerl list ALGORITHM` shows "
+            "an algorithm's.",
         ),
     ] = None,
     env_settings: EnvSettings = None,
@@ -37,21 +40,25 @@ def compare(
     again.
     """
     # Imported here, so that --help is quick.
-    from tuckerl.cli.settings import parse_settings
+    from tuckerl.cli.compiling import compiling_said
+    from tuckerl.cli.settings import parse_parameters, parse_settings
     from tuckerl.progress import default_workers, progress_bar
     from tuckerl.reports.comparison_page import outcome, write_comparison
+    from tuckerl.reports.learner_text import by_agent
     from tuckerl.studies.comparison import ComparisonConfig, comparison_study
-    from tuckerl.studies.comparison_result import summarise_comparison
+    from tuckerl.studies.comparison_result import means_by_agent, summarise_comparison
     from tuckerl.studies.reproduce import run_study
 
-    given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
+    given, keywords = parse_parameters(settings or ()), parse_settings(env_settings or (), "--env-set")
     config = ComparisonConfig(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed)
     comparison = comparison_study(config)
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
     workers = default_workers() if workers is None else workers
-    with progress_bar("runs") as progress:
+    with compiling_said(), progress_bar("runs") as progress:
         tables = run_study(comparison.study, folder, workers=workers, overwrite=overwrite, progress=progress)
     result = summarise_comparison(comparison, tables)
     report = write_comparison(result, folder)
     typer.echo(outcome(result))
+    for name, means in means_by_agent(comparison, tables).items():
+        typer.echo(f"{name}: {by_agent(means)}")
     typer.echo(f"Report: {report}")

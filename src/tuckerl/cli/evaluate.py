@@ -19,13 +19,14 @@ def evaluate(
 ) -> None:
     """Play greedy episodes with a saved agent; print their mean return with its interval."""
     # Imported here, so that --help is quick.
+    from tuckerl.cli.compiling import compiling_said
     from tuckerl.cli.settings import parse_settings
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.reports.learner_text import evaluation_lines, name_of
-    from tuckerl.studies.training import load_learner
+    from tuckerl.studies.training import load_learner, names_of_agents
 
-    with short_warnings():
+    with compiling_said(), short_warnings():
         learner = load_learner(file, env, parse_settings(env_settings or (), "--env-set"))
         evaluation = learner.evaluate(episodes, seed=seed)
     typer.echo(f"{name_of(learner)}, after {learner.episodes:,} episodes")
-    typer.echo("\n".join(evaluation_lines(evaluation)))
+    typer.echo("\n".join(evaluation_lines(evaluation, names_of_agents(learner))))

@@ -1,6 +1,6 @@
 """``tuckerl list``: what there is to name on the command line."""
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import typer
 from rich.console import Console
@@ -16,11 +16,12 @@ class Listing(NamedTuple):
     home: str  # of what is listed, by name, or of a function that returns it; loaded late, so that --help is quick
     columns: dict[str, str]  # the titles of the columns after the name's, by the attributes that they show
     name: str = "Name"
+    of: Any = None  # what the function is given
 
     def rows(self) -> list[list[str]]:
         """Return the table's rows."""
         found = load(self.home)
-        listed = found() if callable(found) else found
+        listed = found if not callable(found) else found() if self.of is None else found(self.of)
         return [[name, *(getattr(one, attribute) for attribute in self.columns)] for name, one in listed.items()]
 
 
@@ -38,21 +39,36 @@ LISTINGS = {
     ),
 }
 
+_PARAMETERS = Listing(
+    "tuckerl.studies.parameter_docs:parameter_docs", {"default": "Default", "kind": "Value", "meaning": "Meaning"}
+)
+
 _OTHERS = (
     "Any other id that is registered with Gymnasium, or with PettingZoo as a parallel environment, can be named too; "
     "MODULE:ID imports the module that registers it first."
 )
 
 
-def list_names(kind: Annotated[str, typer.Argument(help=f"{', '.join(LISTINGS)} or all.")] = "all") -> None:
-    """List algorithms, environments, scenarios, weights and sharing rules by name.
+def _chosen(kind: str) -> dict[str, Listing]:
+    """Return what is to be listed, under the titles of its tables."""
+    if kind in LISTINGS or kind == "all":
+        return LISTINGS if kind == "all" else {kind: LISTINGS[kind]}
+    algorithms = load(LISTINGS["algorithms"].home)
+    check_name("kind", kind, (*LISTINGS, "all", *algorithms))
+    return {f"parameters of {kind}, for --set": _PARAMETERS._replace(of=algorithms[kind])}
+
+
+def list_names(
+    kind: Annotated[
+        str, typer.Argument(help=f"{', '.join(LISTINGS)} or all; or an algorithm: its parameters.")
+    ] = "all",
+) -> None:
+    """List algorithms, environments, scenarios, weights and sharing rules by name; or an algorithm's parameters.
 
     Tables on a terminal; elsewhere a line each, its columns apart by tabs and the name first.
     """
-    check_name("kind", kind, (*LISTINGS, "all"))
     console = Console()
-    for chosen in LISTINGS if kind == "all" else (kind,):
-        listing = LISTINGS[chosen]
+    for chosen, listing in _chosen(kind).items():
         if not console.is_terminal:
             for row in listing.rows():
                 typer.echo("\t".join(row))

@@ -28,6 +28,7 @@ def reproduce(
     Finished runs in the folder are not run again.
     """
     # Imported here, so that --help is quick.
+    from tuckerl.cli.compiling import compiling_said
     from tuckerl.progress import default_workers, progress_bar
     from tuckerl.reports.report import write_report
     from tuckerl.studies.ablation import ablation_study, ablations
@@ -42,7 +43,7 @@ def reproduce(
     workers = default_workers() if workers is None else workers
 
     def play(part: Study, where: Path, label: str) -> StudyTables:
-        with progress_bar(label) as progress:
+        with compiling_said(), progress_bar(label) as progress:
             return run_study(part, where, workers=workers, overwrite=overwrite, progress=progress)
 
     study = scenario_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)

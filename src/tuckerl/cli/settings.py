@@ -2,12 +2,17 @@
 
 import ast
 import json
+import re
 from collections.abc import Sequence
+from inspect import Parameter, signature
 from typing import Any
 
-from tuckerl.errors import ParameterError
+from tuckerl.checks import check_name
+from tuckerl.errors import ParameterError, UnknownNameError
+from tuckerl.training.schedules import SCHEDULES, Schedule
 
 _CONSTANTS = {"true": True, "false": False, "none": None, "null": None}
+_CALL = re.compile(r"([A-Za-z_]\w*)\s*\((.*)\)", re.DOTALL)
 
 
 def parse_settings(texts: Sequence[str], option: str = "--set") -> dict[str, Any]:
@@ -30,6 +35,66 @@ def parse_settings(texts: Sequence[str], option: str = "--set") -> dict[str, Any
             raise ParameterError(f"{option} must be given {name} once; got {name}={settings[name]!r} and {text!r}")
         settings[name] = _value(value)
     return settings
+
+
+def parse_parameters(texts: Sequence[str]) -> dict[str, Any]:
+    """Return what `parse_settings` does, with a text such as ``Linear(0.2, 0, episodes=400)`` as the schedule it names.
+
+    Nothing is evaluated: a schedule is a name and, between brackets, numbers or ``name=number`` with commas.
+
+    Raises
+    ------
+    ParameterError
+        If a text is not ``name=value``, a name comes twice, or a schedule's numbers are not what it takes.
+    UnknownNameError
+        If there is no such schedule.
+    """
+    settings = parse_settings(texts)
+    calls = {name: _CALL.fullmatch(value) for name, value in settings.items() if isinstance(value, str)}
+    return settings | {name: _schedule(name, *call.groups()) for name, call in calls.items() if call is not None}
+
+
+def _schedule(name: str, kind: str, inside: str) -> Schedule:
+    """Return the schedule `kind` of the numbers that stand `inside` its brackets, for the parameter `name`."""
+    forms = {
+        known: f"{known}({', '.join(map(_argument, signature(SCHEDULES[known]).parameters.values()))})"
+        for known in sorted(SCHEDULES)
+    }
+    try:
+        check_name("schedule", kind, SCHEDULES)
+    except UnknownNameError as error:
+        raise UnknownNameError(f"{name}: {error}; schedules are {', '.join(forms.values())}") from error
+    numbers: list[float] = []
+    named: dict[str, float] = {}
+    try:
+        for part in inside.split(",") if inside.strip() else ():
+            key, equals, number = (piece.strip() for piece in part.rpartition("="))
+            if equals and (not key or key in named):
+                raise ValueError(f"{part.strip()!r} is out of place")  # as Python would say
+            if equals:
+                named[key] = _number(number)
+            elif named:
+                raise ValueError(f"{number} comes after {next(iter(named))}")
+            else:
+                numbers.append(_number(number))
+        bound = signature(SCHEDULES[kind]).bind(*numbers, **named)
+        schedule: Schedule = SCHEDULES[kind](*bound.args, **bound.kwargs)
+    except (ValueError, TypeError) as error:  # the schedule's own errors are such, too
+        given = f"{kind}({inside})"
+        raise ParameterError(f"{name} must be given {forms[kind]} with numbers in it; got {given}: {error}") from error
+    return schedule
+
+
+def _argument(parameter: Parameter) -> str:
+    return parameter.name if parameter.default is Parameter.empty else f"{parameter.name}={parameter.default:g}"
+
+
+def _number(text: str) -> float:
+    """Return a number as Python reads it, a whole one as an int."""
+    try:
+        return int(text)
+    except ValueError:
+        return float(text)
 
 
 def parse_numbers(text: str, option: str, count: int | None = None) -> Any:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from tuckerl.cli.options import EnvSettings, Seed
+from tuckerl.cli.options import EnvSettings
 
 
 def train(
@@ -19,13 +19,24 @@ def train(
     agents: Annotated[int, typer.Option(help="Agents, each in its own copy of the environment.")] = 1,
     settings: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="A parameter, such as alpha=0.2; may be repeated."),
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="A parameter, such as alpha=0.2 or 'epsilon=Linear(0.2,0,400)'; may be repeated. "
+            "`tuckerl list ALGORITHM` shows an algorithm's.",
+        ),
     ] = None,
     env_settings: EnvSettings = None,
     quantile_bins: Annotated[
         str | None, typer.Option(metavar="N[,N...]", help="Bins of a Box by the quantiles of random play.")
     ] = None,
-    seed: Seed = 0,
+    seed: Annotated[
+        int,
+        typer.Option(
+            help="Decides what the agents and the environment's own generators draw, and bins and greedy episodes; "
+            "not what an environment takes from elsewhere, such as the clock."
+        ),
+    ] = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for the agent. Default: one in results/train.")] = None,
     checkpoint: Annotated[int | None, typer.Option(min=1, help="Save after every so many episodes, too.")] = None,
     evaluate: Annotated[int, typer.Option(min=0, help="Greedy episodes at the end.")] = 100,
@@ -39,20 +50,22 @@ def train(
     Ctrl-C keeps what is learned, and the same command goes on from there, to the same bits.
     """
     # Imported here, so that --help is quick.
-    from tuckerl.cli.settings import parse_numbers, parse_settings
+    from tuckerl.cli.compiling import compiling_said
+    from tuckerl.cli.settings import parse_numbers, parse_parameters, parse_settings
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.errors import RankWarning
     from tuckerl.reports.learner_text import how_it_plays, training_lines
     from tuckerl.studies.training import Training
     from tuckerl.studies.training_config import TrainingConfig
 
-    given, keywords = parse_settings(settings or ()), parse_settings(env_settings or (), "--env-set")
+    given, keywords = parse_parameters(settings or ()), parse_settings(env_settings or (), "--env-set")
     bins = None if quantile_bins is None else parse_numbers(quantile_bins, "--quantile-bins")
     bins = bins[0] if bins and len(bins) == 1 else bins
     config = TrainingConfig(algorithm, env, keywords, given, bins, agents, seed, episodes, steps)
     folder = out or Path("results") / "train" / re.sub(r"[^\w.-]+", "-", f"{algorithm}-{env}")
     # Ranks that nobody chose need no words where a window allows fewer.
     with (
+        compiling_said(),
         short_warnings(*(() if "ranks" in given else (RankWarning,))),
         Training(config, folder, resume=resume, overwrite=overwrite) as training,
     ):

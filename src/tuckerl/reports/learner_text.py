@@ -1,11 +1,15 @@
 """What is said of one learner: its name, how it plays, how its training went, how its greedy episodes are."""
 
 import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 
 from tuckerl.reports.text import counted, typed
 from tuckerl.studies.training import TrainingResult
 from tuckerl.training.evaluation import Evaluation
 from tuckerl.training.learner import Learner
+from tuckerl.types import FloatArray
 
 
 def name_of(learner: Learner) -> str:
@@ -28,16 +32,30 @@ def training_lines(result: TrainingResult) -> list[str]:
     if result.n_last:
         last = "the last episode" if result.n_last == 1 else f"the last {result.n_last:,} episodes"
         lines.append(f"Mean return of {last} of learning: {typed(result.last_return)}")
-    return lines if result.evaluation is None else [*lines, *evaluation_lines(result.evaluation)]
+        lines += agent_lines(result.agents, result.last_by_agent)
+    return lines if result.evaluation is None else [*lines, *evaluation_lines(result.evaluation, result.agents)]
 
 
-def evaluation_lines(evaluation: Evaluation) -> list[str]:
-    """Return what greedy episodes were like, line by line."""
+def agent_lines(agents: Sequence[str], means: FloatArray) -> list[str]:
+    """Return each agent's mean return on a line; none where they share all rewards, or each has a world of its own."""
+    if len(agents) < 2 or np.ptp(means) == 0:
+        return []
+    return [by_agent(dict(zip(agents, means.tolist(), strict=True)))]
+
+
+def by_agent(means: Mapping[str, float]) -> str:
+    """Return the agents' mean returns in words."""
+    return f"By agent: {', '.join(f'{name} {typed(mean)}' for name, mean in means.items())}"
+
+
+def evaluation_lines(evaluation: Evaluation, agents: Sequence[str] = ()) -> list[str]:
+    """Return what greedy episodes were like, line by line; by agent, too, where `agents` share a world."""
     interval = ""
     if not math.isnan(evaluation.low):
         interval = f", 95 % interval {typed(evaluation.low)} to {typed(evaluation.high)}"
     episodes = counted(len(evaluation.returns), "greedy episode")
     return [
         f"Mean return of {episodes}: {typed(evaluation.mean)}{interval}",
+        *agent_lines(agents, evaluation.returns.mean(axis=0)),
         f"Mean steps of them: {typed(float(evaluation.steps.mean()))}",
     ]

@@ -92,7 +92,9 @@ def check_setting(algorithms: tuple[Algorithm, ...], name: str) -> None:
         raise ParameterError(f"{name} belongs to the tensor step, which {who} is without: {t_versions} take it")
     known = list(dict.fromkeys(known for algorithm in algorithms for known in parameters_of(algorithm)))
     hint = did_you_mean(name, known) or f"known are {', '.join(known)}"
-    raise ParameterTypeError(f"{who} has no parameter {name!r}: {hint}")
+    raise ParameterTypeError(
+        f"{who} has no parameter {name!r}: {hint}; `tuckerl list {algorithms[0].name}` tells of each"
+    )
 
 
 def check_plays(algorithm: Algorithm, environment: str) -> None:
@@ -141,10 +143,10 @@ def tensor_step(algorithm: Algorithm, sizes: tuple[int, int], settings: Mapping[
     ParameterError, ParameterTypeError, UnknownNameError
         If a parameter is out of its range, of the wrong type or not a known name.
     """
-    chosen: dict[str, Any] = {
-        "every": 10,
-        "ranks": default_ranks(*sizes),
-        "weights": "paper",
-        "share": algorithm.share or "none",
-    }
+    chosen = step_defaults(algorithm) | {"ranks": default_ranks(*sizes)}
     return TensorStep(**chosen | dict(settings))
+
+
+def step_defaults(algorithm: Algorithm) -> dict[str, Any]:
+    """Return what a T-version's step is where it is not set, but for the ranks."""
+    return {"every": 10, "weights": "paper", "share": algorithm.share or "none"}

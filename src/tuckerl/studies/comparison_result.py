@@ -6,7 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
+from tuckerl.adapters.joint import agents_of
+from tuckerl.adapters.making import make_environment
+from tuckerl.adapters.resolve import Agents
 from tuckerl.studies.comparison import ComparisonStudy
+from tuckerl.studies.environments import has_several_agents
 from tuckerl.studies.runner import StudyTables
 from tuckerl.studies.statistics import (
     MEASURES,
@@ -103,6 +107,27 @@ def summarise_comparison(study: ComparisonStudy, tables: StudyTables) -> Compari
     )
     episode = np.minimum(np.arange(1, math.ceil(config.n_episodes / per_point) + 1) * per_point, config.n_episodes)
     return ComparisonResult(study, difference, control, tuple(estimates), episode, paired_curves(samples))
+
+
+def means_by_agent(study: ComparisonStudy, tables: StudyTables) -> dict[str, dict[str, float]]:
+    """Return each agent's mean return by the name of a variant, and by its own, where agents share a world.
+
+    Variants of a joint table, and those whose agents all got the same, are left out.
+    """
+    config = study.config
+    if not has_several_agents(config.environment):
+        return {}
+    env: Any = make_environment(config.environment, config.keywords)
+    names = [str(agent) for agent in agents_of(env)]
+    env.close()
+    means: dict[str, dict[str, float]] = {}
+    for variant in study.scenario.variants:
+        runs = tables.runs.filter(pl.col("variant") == variant.name)
+        by_agent = runs.group_by("agent").agg(pl.col("return").mean()).sort("agent")["return"].to_list()
+        is_joint = variant.learner.reads_agents is Agents.JOINT
+        if not is_joint and len(by_agent) == len(names) and len(set(by_agent)) > 1 and None not in by_agent:
+            means[variant.name] = dict(zip(names, by_agent, strict=True))
+    return means
 
 
 def _by_points(samples: Samples, per_point: int) -> Samples:

@@ -1,50 +1,31 @@
 """Training one learner into a folder: the work behind ``tuckerl train``.
 
-``run.json`` holds the configuration, ``agent.tuckerl`` the learner as it was saved last, ``history.parquet`` the steps
-and returns of its episodes. If the learner in a folder is not finished, its training goes on, to the same bits as if it
-had never stopped.
-
-The folder is locked meanwhile, and what it holds is believed only after it was checked. The agent is the truth about
-how far it is: it must be of the training that ``run.json`` tells of, and the file that was written then, of which
-``run.json`` keeps the digest wherever a training came to an orderly end. The history is written anew from the agent
-where it is not the one that belongs to it.
+If the learner in a folder is not finished, its training goes on, to the same bits as if it had never stopped.
 """
 
-import hashlib
-import io
 import json
 import math
-import platform
 import time
 from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-from tuckerl._version import __version__
-from tuckerl.adapters.kinds import PROBLEM_KINDS
+import numpy as np
+
 from tuckerl.adapters.making import make_environment
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
-from tuckerl.errors import EnvironmentFaultError, OutputConflictError, ParameterError, UnknownNameError
-from tuckerl.files import delete_unfinished, make_folder, write_whole
+from tuckerl.errors import EnvironmentFaultError, ParameterError, UnknownNameError
 from tuckerl.learners.loading import load
 from tuckerl.studies.environments import environment_of
-from tuckerl.studies.folder_lock import FolderLock
-from tuckerl.studies.store import differences
 from tuckerl.studies.training_config import TrainingConfig, build_learner
+from tuckerl.studies.training_folder import AGENT, RUN, TrainingFolder, is_in_file
 from tuckerl.training.callbacks.base import Callback
 from tuckerl.training.evaluation import Evaluation
 from tuckerl.training.learner import Learner
-from tuckerl.training.schedules import as_json
+from tuckerl.types import FloatArray
 
-AGENT, HISTORY, RUN = "agent.tuckerl", "history.parquet", "run.json"
-
-_DECIDES = ("format", "algorithm", "environment", "settings", "quantile_bins", "agents", "seed")
-"""What of ``run.json`` must be equal for the learner to be the same; other entries are for its readers."""
 _GOALS = ("episodes", "steps")
-_IDENTITY = ("played", "learner", "parameters", "tensor_step")
-"""What ``run.json`` says of the learner that was made from all this."""
 
 
 class TrainingResult(NamedTuple):
@@ -55,6 +36,8 @@ class TrainingResult(NamedTuple):
     rate: float  # steps per second, of all agents in this process; NaN where there were too few to say
     n_last: int  # episodes: the last tenth of all
     last_return: float  # their mean return; NaN without any
+    last_by_agent: FloatArray  # (N,) the same by agent
+    agents: tuple[str, ...]  # the names of those that share a world; none where each has a world of its own
     evaluation: Evaluation | None
 
 
@@ -95,11 +78,14 @@ class Training:
         config = config.validate()
         if resume and overwrite:
             raise ParameterError("give --resume to go on or --overwrite to begin anew, not both")
-        self.config, self.folder = config, folder
+        self.config = config
         self._environment = environment_of(config.environment, config.keywords)
-        self._entries = config.to_dict()
-        self._lock = FolderLock(folder) if folder.is_dir() else None
+        entries = config.to_dict()
+        self._goal: dict[str, Any] = entries["goal"]
+        self._folder = TrainingFolder(folder, entries)
         self._clock = _Clock()
+        self.learner: Learner
+        self.is_finished = False
         try:
             self._open(resume=resume, overwrite=overwrite)
         except BaseException:
@@ -108,8 +94,7 @@ class Training:
 
     def close(self) -> None:
         """Let others write into the folder."""
-        if self._lock is not None:
-            self._lock.release()
+        self._folder.close()
 
     def __enter__(self) -> Self:
         return self
@@ -120,7 +105,7 @@ class Training:
     @property
     def agent_file(self) -> Path:
         """Where the learner is saved."""
-        return self.folder / AGENT
+        return self._folder.agent_file
 
     def learn(self, *, checkpoint: int | None = None, progress: bool = False) -> None:
         """Learn what is left, and save; also what was learned before an error or Ctrl-C.
@@ -147,11 +132,11 @@ class Training:
             if left:
                 self.learner.learn(**left, callbacks=[self._clock, *saving], progress=progress)
         except BaseException as error:
-            self._save(finished=False)
+            self._folder.save(self.learner, finished=False)
             if isinstance(error, EnvironmentFaultError):
                 raise EnvironmentFaultError(f"{error}; saved in {self.agent_file}") from error
             raise
-        self._save(finished=True)
+        self._folder.save(self.learner, finished=True)
         self.is_finished = True
 
     def result(self, n_evaluated: int) -> TrainingResult:
@@ -161,70 +146,39 @@ class Training:
             evaluation = learner.evaluate(n_evaluated)
         returns = learner.returns
         n_last = min(len(returns), max(1, len(returns) // 10))
-        last = float(returns[-n_last:].mean()) if n_last else math.nan
-        return TrainingResult(learner.episodes, int(learner.steps.sum()), self._clock.rate, n_last, last, evaluation)
+        last = returns[len(returns) - n_last :]
+        by_agent = last.mean(axis=0) if n_last else np.full(last.shape[1], math.nan)
+        return TrainingResult(
+            learner.episodes,
+            int(learner.steps.sum()),
+            self._clock.rate,
+            n_last,
+            float(last.mean()) if n_last else math.nan,
+            by_agent,
+            names_of_agents(learner),
+            evaluation,
+        )
 
     def _open(self, *, resume: bool, overwrite: bool) -> None:
         """Make the learner, or load the folder's, and say in the folder that it is learning."""
-        held = None if overwrite else self._saved_run(resume)
+        folder = self._folder
+        held = None if overwrite else folder.held(resume=resume)
         if resume and held is None:
-            raise ParameterError(f"{self.folder} holds no agent to go on with: leave --resume out")
-        goes_on = held is not None and self.agent_file.exists()
-        if held is not None and goes_on:
-            self.learner = load(self.agent_file, env=None if _is_in_file(held["played"]) else self._environment)
-            self._check_agent(held, resume=resume)
+            raise ParameterError(f"{folder.path} holds no agent to go on with: leave --resume out")
+        if held is not None and self.agent_file.exists():
+            self.learner = load(self.agent_file, env=None if is_in_file(held["played"]) else self._environment)
+            folder.check_agent(self.learner, held, resume=resume)
             self._check_goal()
+            is_done = self.learner.diverged_at is not None or not self._left()
+            self.is_finished = is_done and folder.is_finished(held)
         else:
             self.learner = build_learner(self.config, self._environment)
-        self.is_finished = held is not None and goes_on and self._is_finished(held)
         if not self.is_finished:
-            self._lock_new_folder()
-            for name in (AGENT, HISTORY, RUN):
-                delete_unfinished(self.folder / name)
-            if held is None:
-                make_folder(self.folder, without=(AGENT, HISTORY))
-            self._write_run(finished=False)
-
-    def _lock_new_folder(self) -> None:
-        """Make and lock the folder where it was not there; then nobody else may have begun in it meanwhile."""
-        if self._lock is None:
-            make_folder(self.folder)
-            self._lock = FolderLock(self.folder)
-            if (self.folder / RUN).exists():
-                raise OutputConflictError(
-                    f"{self.folder} was made by another tuckerl train just now: give the command again, or choose "
-                    "another folder with --out"
-                )
-
-    def _saved_run(self, resume: bool) -> dict[str, Any] | None:
-        """Return what the folder's ``run.json`` says; None where there is no agent yet."""
-        path = self.folder / RUN
-        try:
-            if not path.exists():
-                if (self.folder / AGENT).exists():
-                    raise _conflict(self.folder, f"{AGENT} without {RUN}")
-                return None
-            held: dict[str, Any] = json.loads(path.read_bytes())
-            there, here = ({name: run.get(name) for name in _DECIDES} for run in (held, self._entries))
-            is_whole = {"goal", "finished", *_IDENTITY} <= held.keys() and isinstance(held["parameters"], dict)
-        except (OSError, ValueError, AttributeError) as error:
-            if isinstance(error, OutputConflictError):
-                raise
-            raise _conflict(self.folder, f"its {RUN} cannot be read") from error
-        difference = next(differences(there, here, ""), "" if is_whole else f"its {RUN} lacks something")
-        if difference:
-            raise _conflict(self.folder, difference)
-        if not resume and held["goal"] != self._entries["goal"]:
-            goals = f"{_goal_words(held['goal'])} there and {_goal_words(self._entries['goal'])} now"
-            raise OutputConflictError(
-                f"{self.folder} holds the same agent for another goal ({goals}): --resume goes on with it to the new "
-                "one, --overwrite begins anew"
-            )
-        return held
+            folder.begin(self.learner, anew=held is None)
 
     def _left(self) -> dict[str, int]:
         """Return the arguments of `learn` for what is left to learn; none where nothing is."""
-        episodes, steps = (self._entries["goal"][name] for name in _GOALS)
+        episodes, steps = (self._goal[name] for name in _GOALS)
         if episodes is not None:
             left = episodes - self.learner.episodes
             return {"episodes": left} if left > 0 else {}
@@ -234,64 +188,22 @@ class Training:
         # The first agent has done its steps; asking for one episode more lets the others catch up with it instead.
         return {} if self.learner.history.in_sync else {"episodes": 1}
 
-    def _check_agent(self, held: Mapping[str, Any], *, resume: bool) -> None:
-        """Refuse an agent that is not the one that ``run.json`` tells of.
-
-        Raises
-        ------
-        OutputConflictError
-            If that is so.
-        """
-        sequence = self.learner.seed_sequence
-        there = _flat(_plain(_identity(self.learner))) | {
-            "seed": sequence.entropy,
-            "spawn_key": list(sequence.spawn_key),
-        }
-        here = _flat(held) | {"seed": self.config.seed, "spawn_key": []}
-        for name in (name for name in there if name in here):  # another version may have written down others
-            if there[name] != here[name]:
-                values = f"{json.dumps(there[name])} in {AGENT} and {json.dumps(here[name])} in {RUN}"
-                raise _conflict(self.folder, f"{name} is {values}")
-        saved = held.get("saved")
-        if saved and not resume and _digest(self.agent_file) != saved[AGENT]:
-            raise OutputConflictError(
-                f"{self.agent_file} is not the file that the training wrote, of which {RUN} has the digest: put that "
-                "back, go on from this one with --resume, or begin anew with --overwrite"
-            )
-
     def _check_goal(self) -> None:
-        history, (episodes, steps) = self.learner.history, (self._entries["goal"][name] for name in _GOALS)
+        history, (episodes, steps) = self.learner.history, (self._goal[name] for name in _GOALS)
         if episodes is not None and history.most_episodes > episodes:
             more = f"{history.most_episodes} episodes, more than the {episodes}"
-        elif steps is not None and history.first_agent_steps - int(history.latest_steps[0]) >= steps:
+        elif steps is not None and history.first_agent_steps - self._latest_steps() >= steps:
             more = f"{history.first_agent_steps} steps, an episode more than the {steps}"
         else:
             return
         raise ParameterError(
-            f"{self.folder} holds {more} asked for: ask for more with --resume, or begin anew with --overwrite"
+            f"{self._folder.path} holds {more} asked for: ask for more with --resume, or begin anew with --overwrite"
         )
 
-    def _is_finished(self, held: Mapping[str, Any]) -> bool:
-        """Return whether the folder holds this training's end: nothing is left, and all its files are those of then."""
-        if held["goal"] != self._entries["goal"] or not held["finished"]:
-            return False
-        is_done = self.learner.diverged_at is not None or not self._left()
-        return is_done and held.get("saved") == self._digests()
-
-    def _digests(self) -> dict[str, str | None]:
-        return {name: _digest(self.folder / name) for name in (AGENT, HISTORY)}
-
-    def _write_run(self, *, finished: bool, saved: Mapping[str, str | None] | None = None) -> None:
-        """Write ``run.json``; `saved` has the digests of the files beside it, as long as these stay as they are."""
-        entries = self._entries | _identity(self.learner) | {"finished": finished, "saved": saved}
-        write_whole(self.folder / RUN, json.dumps(entries | {"versions": _versions()}, indent=1).encode() + b"\n")
-
-    def _save(self, *, finished: bool) -> None:
-        self.learner.save(self.agent_file)
-        buffer = io.BytesIO()
-        self.learner.to_frame().write_parquet(buffer)
-        write_whole(self.folder / HISTORY, buffer.getvalue())
-        self._write_run(finished=finished, saved=self._digests())
+    def _latest_steps(self) -> int:
+        """Return the steps of the latest episode, as `first_agent_steps` counts them."""
+        latest = self.learner.history.latest_steps
+        return int(latest.max() if self.learner.problem.shares_world else latest[0])
 
 
 class _Clock(Callback):
@@ -321,6 +233,11 @@ class _Saving(Callback):
 
     def on_window(self, learner: Learner) -> None:
         learner.save(self._path)
+
+
+def names_of_agents(learner: Learner) -> tuple[str, ...]:
+    """Return the names of the agents that share a learner's world; none where each has a world of its own."""
+    return tuple(map(str, getattr(learner.problem, "agents", ()))) if learner.problem.shares_world else ()
 
 
 def load_learner(path: Path, environment: str | None = None, keywords: Mapping[str, Any] = {}) -> Learner:
@@ -355,62 +272,4 @@ def _environment_beside(path: Path) -> Environment | None:
         name, keywords, played = run["environment"]["id"], run["environment"]["keywords"], run["played"]
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return None if path.name != AGENT or _is_in_file(played) else environment_of(name, keywords)
-
-
-_OLD_KINDS = {"lifted": "table"}
-"""What older folders call the kinds of problems."""
-
-
-def _is_in_file(kind: str) -> bool:
-    """Return whether a saved learner holds all of its problem, which is then not given to `load`."""
-    kind = _OLD_KINDS.get(kind, kind)
-    return kind in PROBLEM_KINDS and PROBLEM_KINDS[kind].load().is_data
-
-
-def _identity(learner: Learner) -> dict[str, Any]:
-    """Return the entries of `_IDENTITY`."""
-    return {
-        "played": learner.problem.kind,
-        "learner": type(learner).__name__,
-        "parameters": {name: as_json(value) for name, value in learner.parameters.items()},
-        "tensor_step": None if learner.tensor_step is None else vars(learner.tensor_step),
-    }
-
-
-def _flat(identity: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the entries of `_IDENTITY`, as they are read from JSON, in one dict."""
-    step, played = identity["tensor_step"], identity["played"]
-    names = {"learner": identity["learner"], "played": _OLD_KINDS.get(played, played), "tensor_step": step is not None}
-    flat: dict[str, Any] = names | identity["parameters"] | (step or {})
-    return flat
-
-
-def _plain(entries: Mapping[str, Any]) -> dict[str, Any]:
-    """Return entries as they are read back from JSON."""
-    plain: dict[str, Any] = json.loads(json.dumps(entries))
-    return plain
-
-
-def _digest(path: Path) -> str | None:
-    """Return the SHA-256 of a file; None where it cannot be read."""
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError:
-        return None
-
-
-def _versions() -> dict[str, str]:
-    libraries = ("numpy", "numba", "scipy", "gymnasium", "pettingzoo")
-    return {"tuckerl": __version__, "python": platform.python_version(), **{name: version(name) for name in libraries}}
-
-
-def _goal_words(goal: Mapping[str, int | None]) -> str:
-    return next(f"{number} {name}" for name, number in goal.items() if number is not None)
-
-
-def _conflict(folder: Path, difference: str) -> OutputConflictError:
-    return OutputConflictError(
-        f"{folder} holds another agent ({difference}): choose another folder with --out, or replace it with --overwrite"
-    )
+    return None if path.name != AGENT or is_in_file(played) else environment_of(name, keywords)

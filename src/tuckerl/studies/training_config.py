@@ -12,6 +12,7 @@ from tuckerl.errors import ParameterError
 from tuckerl.studies.algorithms import check_plays, named_algorithm, split_settings, tensor_step
 from tuckerl.studies.environments import bins_named, environment_specification
 from tuckerl.training.learner import Learner
+from tuckerl.training.schedules import as_json
 
 N_EPISODES = 1000
 FORMAT = 1
@@ -23,7 +24,7 @@ class TrainingConfig(NamedTuple):
     algorithm: str  # its name
     environment: str  # an id
     keywords: Mapping[str, Any] = {}  # of the environment
-    settings: Mapping[str, Any] = {}  # by the name of a parameter
+    settings: Mapping[str, Any] = {}  # by the name of a parameter: JSON, or a schedule
     quantile_bins: int | tuple[int, ...] | None = None  # for `bins`, of what random play observes
     n_agents: int = 1
     seed: int = 0
@@ -65,7 +66,7 @@ class TrainingConfig(NamedTuple):
             "format": FORMAT,
             "algorithm": self.algorithm,
             "environment": environment,
-            "settings": dict(self.settings),
+            "settings": {name: as_json(value) for name, value in self.settings.items()},
             "quantile_bins": self.quantile_bins,
             "agents": self.n_agents,
             "seed": self.seed,

@@ -35,10 +35,14 @@ class WindowRow(NamedTuple):
 
 
 def window_rows(learner: "Learner", every: int, after: int) -> Iterator[WindowRow]:
-    """Give a row for each window that ends after the episode `after`, a multiple of `every`."""
+    """Give a row for each window that ends after the episode `after`, a multiple of `every`.
+
+    Of a window whose tensor step is still to come there is none yet.
+    """
     history, alpha, epsilon = learner.history, learner.scheduled("alpha"), _epsilon_of(learner)
     steps = int(history.steps[0, :after].sum())
-    for end in range(after + every, learner.episodes + 1, every):
+    last = learner.episodes if learner.in_sync else learner.episodes - 1
+    for end in range(after + every, last + 1, every):
         window = slice(end - every, end)
         steps += int(history.steps[0, window].sum())
         yield WindowRow(

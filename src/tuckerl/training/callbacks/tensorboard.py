@@ -1,17 +1,21 @@
 """A log for TensorBoard, which needs the extra ``tuckerl[tensorboard]``."""
 
-import os
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tuckerl.errors import MissingExtraError, OutputError
+from tuckerl.files import FULL
 from tuckerl.training.callbacks.base import Callback
 from tuckerl.training.callbacks.logs import window_rows
 
 if TYPE_CHECKING:
     from tuckerl.training.learner import Learner
+
+_SUFFIX = ".tuckerl"  # of the names of our files of events
 
 
 class TensorBoard(Callback):
@@ -19,8 +23,9 @@ class TensorBoard(Callback):
 
     They are ``return`` and ``steps`` (means over the window's episodes and all agents), ``alpha`` and ``epsilon`` (of
     its last episode) and, with a tensor step, ``weights/0``, ``weights/1``, ... (of the actions, after it), over the
-    number of episodes. In a run that goes on from a checkpoint, TensorBoard hides the points that an earlier program
-    wrote after that checkpoint.
+    number of episodes. The folder always holds the whole history of the learner, every window once, whatever an earlier
+    program wrote there: each call of `learn` writes a new file of events, with the windows of before (their wall time
+    is that of the call), and deletes those that earlier calls wrote.
 
     Parameters
     ----------
@@ -44,38 +49,53 @@ class TensorBoard(Callback):
         self.folder = Path(folder)
         self._library = _library()
         self._writer: Any = None
+        self._told = 0  # episodes of whose windows there are points
 
     def on_start(self, learner: "Learner") -> None:
-        """Begin a file of events."""
-        try:
+        """Begin a file of events with all windows of before, and delete the file that had them."""
+        with self._errors():
             self.folder.mkdir(parents=True, exist_ok=True)
+            earlier = [path for path in self.folder.iterdir() if path.name.endswith(_SUFFIX)]
             # The library names files by the second: two calls of `learn` within one would write the same file.
-            suffix = f".{learner.episodes:012}.{os.getpid()}"
-            self._writer = self._library.EventsWriter(str(self.folder / "events"), suffix)
-        except OSError as error:
-            reason = error.strerror or str(error)
-            raise OutputError(f"cannot write into {self.folder}: {reason}; choose another folder") from error
-        self._write(learner.episodes + 1, session_log={"status": 1})  # a start: points from here on are not shown
+            self._writer = self._library.EventsWriter(str(self.folder / "events"), f".{time.time_ns()}{_SUFFIX}")
+            self._told = 0
+            self._write(0, session_log={"status": 1})  # a start: TensorBoard forgets the points that it has read
+            self._write_windows(learner)
+            for path in earlier:
+                path.unlink(missing_ok=True)
 
     def on_window(self, learner: "Learner") -> None:
         """Write the points of the latest window."""
-        every = self.every or learner.window
-        (row,) = window_rows(learner, every, learner.episodes - every)
-        points = {"return": row.mean_return, "steps": row.mean_steps, "alpha": row.alpha, "epsilon": row.epsilon}
-        if learner.tensor_step is not None:
-            points |= {f"weights/{action}": weight for action, weight in enumerate(row.weights)}
-        values = [{"tag": tag, "simple_value": value} for tag, value in points.items()]
-        self._write(row.episode, summary={"value": values})
+        with self._errors():
+            self._write_windows(learner)
 
     def on_end(self, learner: "Learner") -> None:
         """Close the file."""
-        self._writer.close()
+        if self._writer is not None:
+            with self._errors():
+                self._writer.close()
+
+    def _write_windows(self, learner: "Learner") -> None:
+        """Write what is not told yet, through to the system: what a checkpoint knows must not get lost."""
+        for row in window_rows(learner, self.every or learner.window, self._told):
+            points = {"return": row.mean_return, "steps": row.mean_steps, "alpha": row.alpha, "epsilon": row.epsilon}
+            if learner.tensor_step is not None:
+                points |= {f"weights/{action}": weight for action, weight in enumerate(row.weights)}
+            self._write(row.episode, summary={"value": [{"tag": t, "simple_value": v} for t, v in points.items()]})
+            self._told = row.episode
+        self._writer.flush()
 
     def _write(self, step: int, **content: Any) -> None:
-        """Write an event through to the disk: what a checkpoint knows must not get lost."""
-        event = self._library.event_pb2.Event(wall_time=time.time(), step=step, **content)
-        self._writer.write_event(event)
-        self._writer.flush()
+        self._writer.write_event(self._library.event_pb2.Event(wall_time=time.time(), step=step, **content))
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            reason = error.strerror or str(error)
+            advice = "make room there" if error.errno in FULL else "choose another folder"
+            raise OutputError(f"cannot write into {self.folder}: {reason}; {advice}") from error
 
 
 def _library() -> Any:
