@@ -333,7 +333,7 @@ def _saved(name: str) -> Path:
         ("evaluate text.tuckerl", "text.tuckerl is not a saved learner"),
         ("evaluate good.npy", "good.npy is not a saved learner"),
         ("evaluate whole.tuckerl --episodes 0", "episodes must be a whole number of at least 1; got 0"),
-        ("evaluate whole.tuckerl --env Blackjack-v1", "whole.tuckerl holds all of its problem: load it without env"),
+        ("evaluate whole.tuckerl --env Blackjack-v1", "saved with: kind was table; got gymnasium"),
         ("evaluate whole.tuckerl --env-set a=1", "give --env with --env-set"),
         ("evaluate cards.tuckerl --env FrozenLake-v1", "env must be the one that cards.tuckerl was saved with"),
         ("evaluate cards.tuckerl --env Blackjak-v1", "unknown environment 'Blackjak-v1'"),

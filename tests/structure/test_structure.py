@@ -28,7 +28,8 @@ GROUND = {
 }
 LAYERS = (  # from the bottom; those of one line know nothing of each other
     ("tensor",),
-    ("problems", "spaces"),
+    ("spaces",),
+    ("problems",),
     ("generalization",),
     ("adapters", "environments"),
     ("training",),

@@ -109,13 +109,15 @@ def test_a_simulator_must_be_given_again(tmp_path: Path) -> None:
     Sarsa(drift(), seed=1).learn(3).save(path)
     with pytest.raises(SavedFileError, match=r"learned on a simulator, whose functions no file holds: pass load\(\)"):
         Sarsa.load(path)
-    for wrong in (drift(limit=81), random_mdp(1)):
-        with pytest.raises(ParameterError, match=r"\(states, actions, time limit\) \[12, 3, 80\]; got "):
+    differences = {r"time limit was 80; got 81": drift(limit=81), "kind was simulator; got table": random_mdp(1)}
+    for difference, wrong in differences.items():
+        with pytest.raises(ParameterError, match=f"was saved with: {difference}"):
             Sarsa.load(path, env=wrong)
     assert_same(Sarsa.load(path, env=drift()).learn(3), Sarsa(drift(), seed=1).learn(6))
     Sarsa(random_mdp(1), seed=1).learn(3).save(path)
-    with pytest.raises(ParameterError, match="holds all of its problem: load it without env"):
-        Sarsa.load(path, env=random_mdp(1))
+    assert_same(Sarsa.load(path, env=random_mdp(1)).learn(3), Sarsa(random_mdp(1), seed=1).learn(6))
+    with pytest.raises(ParameterError, match=r"was saved with: transitions was sha256 \w{12}\.\.\.; got sha256"):
+        Sarsa.load(path, env=random_mdp(2))
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")

@@ -23,6 +23,7 @@ from tuckerl.interrupts import is_impatient
 from tuckerl.problems.dynamics import TERMINATED, TRUNCATED, register_dynamics
 from tuckerl.problems.parts import NO_LIMIT, StateFactor
 from tuckerl.problems.problem import Choose
+from tuckerl.spaces.description import Description
 from tuckerl.spaces.encoder import SpaceEncoder, digit_names, space_encoder
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
 
@@ -147,6 +148,7 @@ class GymnasiumProblem(PythonProblem):
         spaces = AgentSpaces(env.observation_space, env.action_space, bins)
         self._team = Team(spaces, env.unwrapped.readers) if isinstance(env.unwrapped, JointEnv) else None
         self.agents = () if self._team is None else self._team.agents
+        self._team_reward = env.unwrapped.reward if isinstance(env.unwrapped, JointEnv) else None
         acted: Any = env.action_space if self.agents else (env.action_space,)
         super().__init__(
             env,
@@ -164,6 +166,10 @@ class GymnasiumProblem(PythonProblem):
         named = zip(self.agents, self.spaces[0].observations.parts if self.agents else (), strict=True)
         digits = [pair for agent, part in named for pair in zip(digit_names(part, str(agent)), part.sizes, strict=True)]
         return tuple(StateFactor(*pair) for pair in digits) or super().state_factors
+
+    def description(self) -> Description:
+        """Return all that makes this environment the one that it is, but for its code, as JSON."""
+        return super().description() | ({"team reward": str(self._team_reward)} if self.agents else {})
 
     def world(self) -> "GymnasiumWorld":
         """Return a world of its own for one agent.

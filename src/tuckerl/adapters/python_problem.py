@@ -14,8 +14,11 @@ from tuckerl.adapters.python_world import EnvironmentCopies
 from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.problems.parts import STEP_CAP, StateFactor
 from tuckerl.problems.problem import GIVE_ENV, Arrays, Choose, Header, Problem
+from tuckerl.spaces.description import Description, describe_numbers, describe_space, digest
 from tuckerl.spaces.encoder import SpaceEncoder, digit_names, space_encoder, space_encoder_of_edges
 from tuckerl.types import BoolArray, FloatArray
+
+_FEW_EDGES = 16  # dimensions whose edges a file describes one by one
 
 
 class Edges(NamedTuple):
@@ -58,6 +61,7 @@ class AgentSpaces:
         place: int = 0,
     ) -> None:
         of = "" if agent is None else f" of {agent}"
+        self._observation_space = observation_space
         self.read = MaskReader(observation_space, action_space)
         # Actions first: where they are continuous, advice about bins would not help.
         self.actions: SpaceEncoder = space_encoder(action_space, what=f"action{of}")
@@ -66,6 +70,15 @@ class AgentSpaces:
             self.observations: SpaceEncoder = space_encoder_of_edges(space, bins.by_agent.get(place, ()), what=what)
         else:
             self.observations = space_encoder(space, bins, what=what)
+
+    def description(self) -> Description:
+        """Return the spaces as the environment declares them, and the edges of the bins, as JSON."""
+        edges = self.observations.edges
+        return {
+            "observation": describe_space(self._observation_space),
+            "action": describe_space(self.actions.space),
+            "bins": [describe_numbers(own) for own in edges] if len(edges) <= _FEW_EDGES else digest(*edges),
+        }
 
     def encode(self, observation: Any, info: Any) -> tuple[int, BoolArray | None]:
         """Return the number of what an environment returned, and the action mask that came with it."""
@@ -173,7 +186,20 @@ class PythonProblem(Problem):
             for place, own in enumerate(self.spaces)
             for i, edges in enumerate(own.observations.edges)
         }
-        return {"id": self.id, "source": self.source, "sizes": self.sizes, "agents": agents}, arrays
+        header = {"id": self.id, "source": self.source, "sizes": self.sizes, "agents": agents}
+        return header | {"description": self.description()}, arrays
+
+    def spaces_description(self) -> Description:
+        """Return the spaces and bins, of each agent with a table of its own, as JSON."""
+        of_agents = [own.description() for own in self.spaces]
+        agents = [str(agent) for agent in self.agents]
+        if not self.shares_world:
+            return of_agents[0] | ({"agents": agents} if agents else {})
+        return {"agents": agents, "spaces of": dict(zip(agents, of_agents, strict=True))}
+
+    def description(self) -> Description:
+        """Return all that makes this environment the one that it is, but for its code, as JSON."""
+        return super().description() | {"action masks": self.has_masks}
 
     @classmethod
     def restore(
@@ -189,7 +215,7 @@ class PythonProblem(Problem):
             problem = resolve(header["id"] if given is None else given, bins=_restored_edges(arrays), compiled=False)
         except ParameterError as error:  # the edges belong to another space
             raise ParameterError(f"{expected}, {header['source']}: {error}") from error
-        cls._check_same(problem, header["sizes"], path, "an environment")
+        cls._check_same(problem, header, header["sizes"], path, "an environment")
         agents = [str(agent) for agent in problem.agents]
         if agents != header["agents"]:
             raise ParameterError(

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tuckerl.errors import ParameterError
 from tuckerl.problems.immutable import seal
 from tuckerl.problems.outcomes import check_mask, check_outcomes, check_start, joined_outcomes
 from tuckerl.problems.parts import NO_LIMIT, Layout, as_array, check_limit
-from tuckerl.problems.problem import Arrays, Header, Problem
+from tuckerl.problems.problem import Arrays, Header, Problem, not_the_saved
 from tuckerl.problems.worlds import World
+from tuckerl.spaces.description import Description, digest
 from tuckerl.types import BoolArray, FloatArray, IntArray, StateArray
 
 
@@ -191,6 +191,17 @@ class TabularMDP(Problem):
         reached[arrays.next_state[reached[origin]]] = True  # an episode may end in a state that none goes on from
         return None if reached.all() else ~reached
 
+    def description(self) -> Description:
+        """Return all that makes this MDP the one that it is, as JSON: its arrays by their digests."""
+        arrays = self.arrays
+        outcomes = (arrays.next_state, arrays.reward, arrays.terminated, arrays.offsets, arrays.cumulative)
+        return super().description() | {
+            "transitions": digest(*outcomes),
+            "first states": digest(arrays.start_state, arrays.start_cumulative),
+            "action mask": digest(arrays.action_mask) if arrays.action_mask.size else None,
+            "heuristic": None if self.heuristic is None else digest(self.heuristic),
+        }
+
     def save(self) -> tuple[Header, Arrays]:
         """Return all of the MDP."""
         parts = self.arrays._asdict()
@@ -206,12 +217,13 @@ class TabularMDP(Problem):
     def restore(
         cls, header: Header, arrays: Arrays, given: Any, resolve: Callable[..., Problem], path: Path
     ) -> "TabularMDP":
-        """Return the MDP that `save` took apart; files of format 1 hold no action mask, layout or source."""
-        if given is not None:
-            raise ParameterError(f"{path} holds all of its problem: load it without env")
+        """Return the MDP that `save` took apart; files of format 1 hold no action mask, layout or source.
+
+        The file holds all of it: an environment that is given is only compared.
+        """
         parts: Header = {"action_mask": np.zeros((0, 0), dtype=np.bool_)} | header | arrays
         layout = header.get("layout")
-        return cls.from_arrays(
+        mdp = cls.from_arrays(
             MDPArrays(**{name: parts[name] for name in MDPArrays._fields}),
             header["n_states"],
             arrays.get("heuristic"),
@@ -220,6 +232,10 @@ class TabularMDP(Problem):
             is_capped=header.get("is_capped", False),
             **{name: header.get(name) for name in ("source", "action_names", "state_factors")},
         )
+        difference = None if given is None else mdp.difference(resolve(given))
+        if difference:
+            raise not_the_saved(path, difference)
+        return mdp
 
     def __repr__(self) -> str:
         return (

@@ -58,6 +58,20 @@ def check_heuristic(heuristic: ArrayLike, n_states: int) -> FloatArray:
     return values
 
 
+def check_parameters(parameters: ArrayLike) -> FloatArray:
+    """Return `parameters` as a (P,) float64 array.
+
+    Raises
+    ------
+    ProblemError
+        If they are not finite numbers.
+    """
+    numbers = as_numbers("parameters", parameters).reshape(-1)
+    if not np.isfinite(numbers).all():
+        raise ProblemError(f"parameters must be finite numbers; got {numbers}")
+    return numbers
+
+
 def check_layout(layout: Layout | None, n_states: int) -> Layout | None:
     """Return `layout` as (rows, columns) of a grid of `n_states` cells, or None.
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterError
 from tuckerl.problems.action_masks import Batch, as_mask, joint_mask, masks_of_parts
-from tuckerl.problems.immutable import Immutable
+from tuckerl.problems.described import Described
 from tuckerl.problems.parts import (
     STEP_CAP,
     Layout,
@@ -30,6 +30,7 @@ from tuckerl.problems.parts import (
     check_states,
 )
 from tuckerl.problems.worlds import World
+from tuckerl.spaces.description import first_difference
 from tuckerl.types import BoolArray, FloatArray
 
 GIVE_ENV = "pass load() its env, or name it with --env in a command"
@@ -47,7 +48,7 @@ Decide = Callable[[Any, Choose, Any], Any]
 """As :meth:`Problem.decide`."""
 
 
-class Problem(Immutable):
+class Problem(Described):
     """A problem that learners can play; it does not change once it is made.
 
     Attributes that a subclass assigns in its constructor do not change either, and its arrays are read-only.
@@ -288,17 +289,24 @@ class Problem(Immutable):
         """
 
     @classmethod
-    def _check_same(cls, problem: "Problem", sizes: list[int | None], path: Path, what: str) -> None:
-        sizes = [*sizes[:2], sizes[2] or STEP_CAP]  # older files know problems without a time limit
-        if problem.kind != cls.kind or problem.sizes != sizes:
-            raise ParameterError(
-                f"env must be the one that {path} was saved with, {what} with (states, actions, time limit) {sizes}; "
-                f"got {problem}"
-            )
+    def _check_same(cls, problem: "Problem", header: Header, sizes: list[int | None], path: Path, what: str) -> None:
+        """Compare a problem with the saved one, by its sizes where the file is too old to hold a description."""
+        difference, sizes = None, [*sizes[:2], sizes[2] or STEP_CAP]  # older files know problems without a time limit
+        if "description" in header:
+            difference = first_difference(header["description"], problem.description())
+        elif problem.kind != cls.kind or problem.sizes != sizes:
+            difference = f"it was {what} with (states, actions, time limit) {sizes}; got {problem}"
+        if difference:
+            raise not_the_saved(path, difference)
 
     def __repr__(self) -> str:
         sizes = f"{self.n_states} states, {self.n_actions} actions, max_episode_steps={self.max_episode_steps}"
         return f"{type(self).__name__}({self.source}, {sizes})"
+
+
+def not_the_saved(path: Path, difference: str) -> ParameterError:
+    """Return the error of an environment that differs from the one that a learner was saved with."""
+    return ParameterError(f"env must be the one that {path} was saved with: {difference}")
 
 
 def joint_names(names_by_agent: Sequence[Sequence[str]]) -> tuple[str, ...]:

@@ -29,9 +29,10 @@ from tuckerl._jit import compiled_function, kernel
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterTypeError, ProblemError, SavedFileError, SimulatorError
 from tuckerl.problems.dynamics import register_dynamics
-from tuckerl.problems.parts import NO_LIMIT, Layout, as_numbers
+from tuckerl.problems.parts import NO_LIMIT, Layout, check_parameters
 from tuckerl.problems.problem import GIVE_ENV, Arrays, Header, Problem
 from tuckerl.problems.worlds import World
+from tuckerl.spaces.description import Description, describe_numbers
 from tuckerl.types import FloatArray, Stream
 
 Reset = Callable[[FloatArray, FloatArray, Stream], None]
@@ -234,7 +235,7 @@ class Simulator(Problem):
             state_factors=state_factors,
         )
         self.state_size = check_int("state_size", state_size, 1)
-        self.parameters = _check_parameters(parameters)
+        self.parameters = check_parameters(parameters)
 
     @property
     def world_bytes(self) -> int:
@@ -269,18 +270,23 @@ class Simulator(Problem):
         return SimulatorWorld(arrays)
 
     def save(self) -> tuple[Header, Arrays]:
-        """Return the simulator's sizes: no file holds its functions."""
-        return {"simulator": self.sizes, "source": self.source}, {}
+        """Return the simulator's sizes and parameters: no file holds its functions."""
+        return {"simulator": self.sizes, "source": self.source, "description": self.description()}, {}
+
+    def description(self) -> Description:
+        """Return all that makes this simulator the one that it is, but for its functions, as JSON."""
+        parameters = {"state size": self.state_size, "parameters": describe_numbers(self.parameters)}
+        return super().description() | parameters
 
     @classmethod
     def restore(
         cls, header: Header, arrays: Arrays, given: Any, resolve: Callable[..., Problem], path: Path
     ) -> Problem:
-        """Return the simulator that the user gave, which must have the saved one's sizes."""
+        """Return the simulator that the user gave, which must have the saved one's sizes and parameters."""
         if given is None:
             raise SavedFileError(f"{path} was learned on a simulator, whose functions no file holds: {GIVE_ENV}")
         problem = resolve(given)
-        cls._check_same(problem, header["simulator"], path, "a simulator")
+        cls._check_same(problem, header, header["simulator"], path, "a simulator")
         return problem
 
     def __getstate__(self) -> dict[str, Any]:
@@ -305,13 +311,6 @@ def _check_functions(functions: Functions) -> None:
             raise ProblemError(
                 f"{role} must take the arguments {arguments}; got {python.__name__}{inspect.signature(python)}"
             ) from error
-
-
-def _check_parameters(parameters: ArrayLike) -> FloatArray:
-    numbers = as_numbers("parameters", parameters).reshape(-1)
-    if not np.isfinite(numbers).all():
-        raise ProblemError(f"parameters must be finite numbers; got {numbers}")
-    return numbers
 
 
 class SimulatorWorld(World):
