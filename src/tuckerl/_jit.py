@@ -84,15 +84,15 @@ def _our_cache_folder() -> Iterator[None]:
         config.CACHE_DIR = before
 
 
-def _is_ours(thing: Any) -> bool:
-    """Return whether a function or a class was written in this package."""
+def is_ours(thing: Any) -> bool:
+    """Return whether a function, a kernel or a class was written in this package."""
     return (thing.__module__ or "").startswith("tuckerl.")
 
 
 def _has_foreign_part(kind: Any) -> bool:
     """Return whether a NamedTuple of somebody else's is in what Numba calls a type."""
     own = getattr(kind, "instance_class", None)
-    return (own is not None and not _is_ours(own)) or any(map(_has_foreign_part, getattr(kind, "types", ())))
+    return (own is not None and not is_ours(own)) or any(map(_has_foreign_part, getattr(kind, "types", ())))
 
 
 def _is_kept(sig: Any) -> bool:
@@ -143,14 +143,20 @@ def kernel(function: _Function) -> _Function:
     """Compile `function` on its first call for each kind of arguments.
 
     It gets and changes arrays and numbers; it makes no arrays, raises nothing and knows no strings. What other names
-    have as values is read when it is compiled. In a user's own file it is compiled anew by every process.
+    have as values is read when it is compiled. In a user's own file it is compiled anew by every process, with bounds
+    checks: a slip must not write where it does not belong.
     """
-    compiled: Any = numba.njit(**_OPTIONS)(function)
-    if _CACHE_FOLDER is not None and _is_ours(function) and not _INTERPRETED:
+    compiled: Any = numba.njit(boundscheck=not is_ours(function), **_OPTIONS)(function)
+    if _CACHE_FOLDER is not None and is_ours(function) and not _INTERPRETED:
         with _our_cache_folder():
             compiled._cache = _OurCache(function)
     kept: _Function = compiled
     return kept
+
+
+def recompiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of a user's own, however it was compiled, as `kernel` compiles it."""
+    return kernel(getattr(function, "py_func", function))
 
 
 def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
@@ -238,7 +244,7 @@ def compiled_function(function: Callable[..., Any], role: str) -> Any:
     """
     if _INTERPRETED:
         return function
-    if _is_ours(function):
+    if is_ours(function):
         return _own_function(function, role)
     return _users_function(function, role)
 

@@ -97,7 +97,8 @@ def choose(state):
     table = np.array([[1.0, 3.0, 2.0]])
     settings = Settings(0.9, 0.0, True)
     log = empty_log(1, 3, 0)
-    agent = AgentArrays(state, GreedyArrays(), table, nothing, nothing, nothing, mask, settings, log, record, stream)
+    arrays = (table, nothing, nothing, nothing, mask, settings, log, record, stream, nothing)
+    agent = AgentArrays(state, GreedyArrays(), *arrays)
     assert greedy_action(agent, 0) == 1
 
 choose(QLearningState())

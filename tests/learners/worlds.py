@@ -121,6 +121,7 @@ def agent_of(
         log=empty_log(q.shape[0], q.shape[1], 0),
         record=EpisodeRecord(none, np.zeros(0), none, np.zeros((0, 1)), 0),
         rng=stream(seed_sequence(seed)),
+        fault=np.zeros(4),
     )
 
 

@@ -10,6 +10,7 @@ import pytest
 from tests.adapters.parallel_worlds import Leaving
 from tests.learners.worlds import random_mdp
 from tuckerl import TensorStep, kernel
+from tuckerl.errors import LearnerError
 from tuckerl.generalization.change_log import record_change
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
@@ -205,9 +206,17 @@ def test_ctrl_c_in_a_function_waits_as_it_does_in_a_kernel() -> None:
     assert learner.is_saveable
 
 
-@pytest.mark.parametrize(("answer", "error"), [("one", ValueError), (None, TypeError), ([1], TypeError)])
-def test_answers_that_are_no_whole_numbers_are_errors(answer: Any, error: type[Exception]) -> None:
+@pytest.mark.parametrize("answer", ["one", "1", None, [1], 1.0, 1.5, np.nan, 2**63, -(2**63) - 1])
+def test_answers_that_are_no_whole_numbers_of_64_bits_are_errors(answer: Any) -> None:
     learner = Studies(PROBLEM, function=lambda argument: answer, seed=1)
-    with pytest.raises(error):
+    with pytest.raises(
+        LearnerError, match=r"<lambda>, which kernels call, must return a whole number of at most 64 bi"
+    ):
         learner.learn(5)
     assert learner.episodes == 0
+
+
+@pytest.mark.parametrize("answer", [7, True, np.int32(7), np.bool_(True), 2**63 - 1, -(2**63)])
+def test_answers_that_are_whole_numbers_arrive(answer: Any) -> None:
+    learner = Studies(PROBLEM, function=lambda argument: answer, seed=1).learn(1)
+    assert learner.kept("answers") == [[int(answer)]]

@@ -12,7 +12,9 @@ import numpy as np
 from tuckerl._jit import kernel
 from tuckerl.types import FloatArray, IntArray
 
-ENTRIES, EPISODES, CLOCK = 0, 1, 2
+ENTRIES, EPISODES, CLOCK, STRAY = range(4)
+NO_STRAY = np.iinfo(np.int64).min
+"""What the cursor holds at `STRAY` as long as only rows of the table were recorded."""
 
 
 class ChangeLog(NamedTuple):
@@ -27,7 +29,7 @@ class ChangeLog(NamedTuple):
     state: IntArray  # (E * S,) the recorded states in order, episode after episode
     row: FloatArray  # (E * S, A) their rows at the end of that episode
     end: IntArray  # (E,) how many entries there were at the end of each episode
-    cursor: IntArray  # (3,) entries so far, episodes so far, and a clock that counts episodes for ever
+    cursor: IntArray  # (4,) entries and episodes so far, a clock that counts episodes for ever, a row that is none
 
 
 def empty_log(n_states: int, n_actions: int, n_episodes: int) -> ChangeLog:
@@ -39,7 +41,7 @@ def empty_log(n_states: int, n_actions: int, n_episodes: int) -> ChangeLog:
         state=np.empty(capacity, dtype=np.int64),
         row=np.empty((capacity, n_actions)),
         end=np.zeros(n_episodes, dtype=np.int64),
-        cursor=np.array([0, 0, 1], dtype=np.int64),
+        cursor=np.array([0, 0, 1, NO_STRAY], dtype=np.int64),
     )
 
 
@@ -69,8 +71,12 @@ def restore_log(log: ChangeLog, arrays: dict[str, np.ndarray]) -> None:
 
 @kernel
 def record_change(log: ChangeLog, state: int) -> None:
-    """Note that the row of `state` changes in this episode."""
-    if log.enabled and log.stamp[state] != log.cursor[CLOCK]:
+    """Note that the row of `state` changes in this episode; a row that is none is kept as a stray."""
+    if not log.enabled:
+        return
+    if not 0 <= state < log.stamp.size:
+        log.cursor[STRAY] = state
+    elif log.stamp[state] != log.cursor[CLOCK]:
         log.stamp[state] = log.cursor[CLOCK]
         log.state[log.cursor[ENTRIES]] = state
         log.cursor[ENTRIES] += 1

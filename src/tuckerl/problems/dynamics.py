@@ -7,7 +7,8 @@ made when a caller is compiled, so it costs nothing while it plays.
 from collections.abc import Callable
 from typing import Any
 
-from tuckerl._jit import by_kind, kernel
+from tuckerl._jit import by_kind, is_ours, kernel, recompiled
+from tuckerl.types import Stream
 
 WorldArrays = Any
 """What kernels read of a world: the NamedTuple of its kind."""
@@ -20,6 +21,7 @@ _STEP: dict[type, Callable[..., tuple[int, float, bool]]] = {}
 _STEP_TOGETHER: dict[type, Callable[..., None]] = {}
 _IS_OUT_OF_TIME: dict[type, Callable[..., bool]] = {}
 _MUST_RETURN: dict[type, Callable[..., bool]] = {}
+_IS_POSSIBLE: dict[type, Callable[..., bool]] = {}
 
 reset = by_kind(_RESET)
 """``reset(world, rng)`` returns the first state of an episode."""
@@ -35,6 +37,93 @@ is_out_of_time = by_kind(_IS_OUT_OF_TIME)
 
 must_return = by_kind(_MUST_RETURN)
 """``must_return(world)`` returns whether the kernel must return: something is wrong, or Python is to be asked."""
+
+
+is_possible = by_kind(_IS_POSSIBLE)
+"""``is_possible(world, state, n_states)`` returns whether a state is one; of the library's own kinds it always is."""
+
+
+@kernel
+def _never_strays(world: WorldArrays, state: int, n_states: int) -> bool:
+    """Return True: the library's own kinds give states only."""
+    return True
+
+
+@kernel
+def _is_in_range(world: WorldArrays, state: int, n_states: int) -> bool:
+    """Return whether a state is a row of the table."""
+    return 0 <= state < n_states
+
+
+def _guarded_reset(reset: Callable[..., int]) -> Callable[..., int]:
+    """Return a user's `reset` so that an error in it reads as state -1; ours as it is."""
+    if is_ours(reset):
+        return reset
+    inner = recompiled(reset)
+
+    @kernel
+    def guarded(world: WorldArrays, rng: Stream) -> int:
+        """Return a first state.
+
+        Parameters
+        ----------
+        world : NamedTuple
+        rng : (4,) uint64
+            The agent's stream.
+        """
+        state = -1
+        try:
+            state = int(inner(world, rng))
+        except Exception:  # noqa: BLE001  # whatever a user's kernel raises; Numba knows no other clause
+            state = -1
+        return state
+
+    return guarded
+
+
+def _guarded_step(step: Callable[..., tuple[int, float, bool]]) -> Callable[..., tuple[int, float, bool]]:
+    """Return a user's `step` so that an error in it reads as state -1; ours as it is."""
+    if is_ours(step):
+        return step
+    inner = recompiled(step)
+
+    @kernel
+    def guarded(world: WorldArrays, state: int, action: int, rng: Stream) -> tuple[int, float, bool]:
+        """Return what came of a step.
+
+        Parameters
+        ----------
+        world : NamedTuple
+        state, action : int
+        rng : (4,) uint64
+            The agent's stream.
+        """
+        next_state, reward, terminated = -1, 0.0, True
+        try:
+            answer = inner(world, state, action, rng)
+            next_state, reward, terminated = int(answer[0]), float(answer[1]), bool(answer[2])
+        except Exception:  # noqa: BLE001  # as above
+            next_state = -1
+        return next_state, reward, terminated
+
+    return guarded
+
+
+def _guarded_step_together(step_together: Callable[..., None]) -> Callable[..., None]:
+    """Return a user's `step_together` so that an error in it reads as state -1 of all agents; ours as it is."""
+    if is_ours(step_together):
+        return step_together
+    inner = recompiled(step_together)
+
+    @kernel
+    def guarded(world: WorldArrays, begin: bool) -> None:
+        """Let all agents begin or act."""
+        try:
+            inner(world, begin)
+        except Exception:  # noqa: BLE001  # as above
+            world.state[:] = -1
+
+    return guarded
 
 
 @kernel
@@ -70,7 +159,8 @@ def register_dynamics(
     must_return : kernel ``(world) -> bool``, optional
         Default: never.
     """
-    _RESET[arrays], _STEP[arrays] = reset, step
+    _RESET[arrays], _STEP[arrays] = _guarded_reset(reset), _guarded_step(step)
+    _IS_POSSIBLE[arrays] = _never_strays if is_ours(arrays) else _is_in_range
     _IS_OUT_OF_TIME[arrays], _MUST_RETURN[arrays] = is_out_of_time, must_return
 
 
@@ -90,4 +180,5 @@ def register_shared_dynamics(
     must_return : kernel ``(world) -> bool``, optional
         Default: never.
     """
-    _STEP_TOGETHER[arrays], _MUST_RETURN[arrays] = step_together, must_return
+    _STEP_TOGETHER[arrays], _MUST_RETURN[arrays] = _guarded_step_together(step_together), must_return
+    _IS_POSSIBLE[arrays] = _never_strays if is_ours(arrays) else _is_in_range

@@ -45,6 +45,7 @@ class AgentArrays(NamedTuple):
     log: ChangeLog
     record: EpisodeRecord
     rng: Stream  # (4,) what the agent draws from
+    fault: FloatArray  # (4,) what a kernel of a user's own did that is impossible; see `guards`
 
 
 class Transition(NamedTuple):

@@ -10,9 +10,10 @@ from typing import Any
 from tuckerl._jit import by_kind, kernel
 from tuckerl.errors import LearnerError
 from tuckerl.training.agent_arrays import AgentArrays, Transition
+from tuckerl.training.guards import STOPS, guarded_act, guarded_end, guarded_update
 from tuckerl.training.policies.policy import choose
 
-NOT_FINITE = -1
+NOT_FINITE = STOPS
 """What `act` and `learn_and_act` return instead of an action when a value is not finite any more."""
 
 _ACT: dict[type, Callable[..., int]] = {}
@@ -61,7 +62,7 @@ def register_algorithm(
         Learns from a step; returns whether the values that it wrote are finite. `next_action` has a meaning only with
         `on_policy`.
     act : kernel ``(algorithm, agent, state) -> action``, optional
-        Chooses an action. Default: the policy does. Without `on_policy` it may return `NOT_FINITE`.
+        Chooses an action that ``agent.action_mask`` allows, or returns `NOT_FINITE`. Default: the policy does.
     end_episode : kernel ``(algorithm, agent, finished) -> bool``, optional
         Called at the end of an episode, with `finished` False where an error breaks it off; returns whether the tables
         are finite. Default: nothing to do.
@@ -69,13 +70,16 @@ def register_algorithm(
         Whether the next action is chosen before the update, which learns from it (also after a truncation, whose value
         is bootstrapped), as in SARSA. Otherwise it is chosen after the update, as in Q-learning.
     """
-    _ACT[state_type], _UPDATE[state_type], _END_EPISODE[state_type] = act, update, end_episode
+    _ACT[state_type], _UPDATE[state_type] = guarded_act(act), guarded_update(update)
+    _END_EPISODE[state_type] = guarded_end(end_episode)
     _LEARN_AND_ACT[state_type] = _act_then_update if on_policy else _update_then_act
 
 
 @kernel
 def _act_then_update(algorithm: Any, agent: AgentArrays, transition: Transition) -> int:
     next_action = act(algorithm, agent, transition.next_state)
+    if next_action == NOT_FINITE:
+        return NOT_FINITE
     return next_action if _update(algorithm, agent, transition, next_action) else NOT_FINITE
 
 

@@ -11,6 +11,7 @@ from tuckerl.intervals import bca_interval, is_constant
 from tuckerl.memory import check_memory
 from tuckerl.rng import child, stream
 from tuckerl.training.agent_arrays import EpisodeRecord
+from tuckerl.training.guards import raise_fault
 from tuckerl.training.loop import play, play_together
 from tuckerl.training.memory_account import evaluation_parts
 from tuckerl.training.prediction import Predictor
@@ -77,6 +78,7 @@ def evaluate(
             else:
                 play(arrays, agents[0])
             world.raise_pending()
+            raise_fault("evaluate", arrays, agents)
     finally:
         world.close()
     if problem.is_capped and steps.max() == problem.max_episode_steps:

@@ -45,7 +45,7 @@ from tuckerl.training.parameters import (
     merged_signature,
 )
 from tuckerl.training.policies.greedy import Greedy
-from tuckerl.training.policies.policy import Policy
+from tuckerl.training.policies.policy import Policy, check_policy_registered
 from tuckerl.training.prediction import Predictor
 from tuckerl.training.python_calls import PythonCall
 from tuckerl.training.schedules import Schedule, as_number, as_schedule
@@ -154,6 +154,7 @@ class Learner(Learned):
         policy: Policy | None = None,
         compiled: Literal["auto"] | bool = "auto",
     ) -> None:
+        check_registered(type(self))
         self._alpha_schedule = as_schedule("alpha", alpha, positive=True)
         self.alpha = as_number(alpha)
         self.gamma = check_real("gamma", gamma, 0.0, 1.0)
@@ -178,7 +179,14 @@ class Learner(Learned):
         self.initial_q = check_initial_q(initial_q, shape)
         self._target_policy = self._acting_policy.target() or Greedy()
         self._state = self._new_state()
+        self._check_policies()
         self._prediction_rng = np.random.default_rng(child(self.seed_sequence, _PREDICTION_STREAM))
+
+    def _check_policies(self) -> None:
+        """Refuse policies whose kernels nobody has registered."""
+        for policy in (self._acting_policy, self._target_policy):
+            arrays = policy.arrays(np.zeros(len(policy.schedules())), self._state.declared[0])
+            check_policy_registered(policy, arrays)
 
     def _new_state(self) -> TrainingState:
         n_worlds = 1 if self.problem.shares_world else self.n_agents
@@ -300,7 +308,6 @@ class Learner(Learned):
         SimulatorError, EnvironmentFaultError
             If a simulator or an environment does something impossible. What was learned before is kept.
         """
-        check_registered(type(self))
         Trainer(self, self._state, self._python_calls).learn(episodes, steps, callbacks, progress=progress)
         if self.diverged_at is not None:
             warnings.warn(_DIVERGED.format(self.diverged_at), DivergenceWarning, stacklevel=2)

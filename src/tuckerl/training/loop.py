@@ -23,6 +23,7 @@ from tuckerl.training.agent_arrays import (
     record_state,
 )
 from tuckerl.training.algorithm import NOT_FINITE, act, end_episode, learn_and_act
+from tuckerl.training.guards import strays
 
 
 @kernel
@@ -46,14 +47,18 @@ def play(world: WorldArrays, agent: AgentArrays) -> int:
         if n_steps >= record.max_steps:
             return episode
         state, steps, total, ended = reset(world, agent.rng), 0, 0.0, False
-        if must_return(world):
+        if must_return(world) or strays(world, agent, state):
             return episode
         begin_episode(agent, episode)
         record_state(record, 0, state)
-        action: Any = np.uint32(act(agent.algorithm, agent, state))  # unsigned, as states are: a tenth of the time
+        chosen = act(agent.algorithm, agent, state)
+        if chosen == NOT_FINITE:
+            end_episode(agent.algorithm, agent, False)
+            return -1 - episode
+        action: Any = np.uint32(chosen)  # unsigned, as states are: a tenth of the time
         while not ended:
             next_state, reward, terminated = step(world, state, action, agent.rng)
-            if must_return(world):
+            if must_return(world) or strays(world, agent, next_state):
                 end_episode(agent.algorithm, agent, False)
                 return episode
             steps, total = steps + 1, total + reward
@@ -94,13 +99,15 @@ def play_together(world: WorldArrays, agents: tuple[AgentArrays, ...]) -> int:
         if n_steps >= record.max_steps:
             return episode
         step_together(world, True)
-        if must_return(world):
+        if must_return(world) or _stray_together(world, agents):
             return episode
-        _begin_together(world, agents, episode)
+        if not _begin_together(world, agents, episode):
+            _break_off(agents)
+            return -1 - episode
         steps, n_playing = 0, 1
         while n_playing > 0:
             step_together(world, False)
-            if must_return(world):
+            if must_return(world) or _stray_together(world, agents):
                 _break_off(agents)
                 return episode
             steps += 1
@@ -115,7 +122,8 @@ def play_together(world: WorldArrays, agents: tuple[AgentArrays, ...]) -> int:
 
 
 @kernel
-def _begin_together(world: WorldArrays, agents: tuple[AgentArrays, ...], episode: int) -> None:
+def _begin_together(world: WorldArrays, agents: tuple[AgentArrays, ...], episode: int) -> bool:
+    """Let every agent that is there choose its first action; return whether all could."""
     for i in range(len(agents)):
         agent = agents[i]
         record_episode(agent.record, episode, 0, 0.0)
@@ -123,7 +131,20 @@ def _begin_together(world: WorldArrays, agents: tuple[AgentArrays, ...], episode
         if world.playing[i]:
             state = world.state[i]
             record_state(agent.record, 0, state)
-            world.action[i] = act(agent.algorithm, agent, state)
+            action = act(agent.algorithm, agent, state)
+            if action == NOT_FINITE:
+                return False
+            world.action[i] = action
+    return True
+
+
+@kernel
+def _stray_together(world: WorldArrays, agents: tuple[AgentArrays, ...]) -> bool:
+    """Return whether a problem of a user's own has given an agent that plays a state that is none."""
+    for i in range(len(agents)):
+        if world.playing[i] and (strays(world, agents[i], world.state[i]) or strays(world, agents[i], world.before[i])):
+            return True
+    return False
 
 
 @kernel

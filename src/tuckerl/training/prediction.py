@@ -13,8 +13,9 @@ from tuckerl.generalization.change_log import empty_log
 from tuckerl.problems.problem import Problem
 from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
 from tuckerl.training.evaluation_algorithm import EvaluationState
+from tuckerl.training.guards import raise_fault
 from tuckerl.training.policies.greedy import Greedy
-from tuckerl.training.policies.policy import Policy, write_probabilities
+from tuckerl.training.policies.policy import Policy, check_probabilities, write_probabilities
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 FORBIDS_ALL = (
@@ -122,6 +123,7 @@ class Predictor:
             log=empty_log(n_states, n_actions, 0),
             record=record,
             rng=rng,
+            fault=np.zeros(4),
         )
 
     def _followed(self, agent: int, deterministic: bool | None) -> tuple[FloatArray, Policy]:
@@ -183,7 +185,10 @@ class Predictor:
         probabilities = np.empty((states.size, self.q.shape[2]))
         rows = _ALL_ALLOWED if allowed is None else allowed.reshape(probabilities.shape)
         mask = rows if allowed is None else np.zeros(self.q.shape[1:], dtype=np.bool_)  # room for one row at a time
-        _write_rows(self.agent(agent, deterministic, action_mask=mask), states, rows, probabilities)
+        arrays = self.agent(agent, deterministic, action_mask=mask)
+        _write_rows(arrays, states, rows, probabilities)
+        raise_fault("predict", None, [arrays])
+        check_probabilities(self._followed(agent, deterministic)[1], states, probabilities)
         if allowed is not None:
             probabilities[~rows] = 0.0  # whatever a policy of the user's own makes of masks
             nothing = probabilities.sum(axis=1) <= 0.0

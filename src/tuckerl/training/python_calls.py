@@ -6,7 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tuckerl._jit import call_python, kernel, python_callback
+from tuckerl.errors import LearnerError
 from tuckerl.types import BoolArray
+
+_LEAST, _MOST = np.iinfo(np.int64).min, np.iinfo(np.int64).max
 
 
 class PythonCallArrays(NamedTuple):
@@ -42,10 +45,21 @@ class PythonCall:
 
     def _call(self, argument: int) -> int:
         try:
-            return int(self._function(argument))
+            return self._checked(self._function(argument))
         except BaseException as error:  # noqa: BLE001  # raised again when the kernel has returned
             self._error, self.arrays.failed[0] = error, True
             return 0
+
+    def _checked(self, answer: object) -> int:
+        """Return a function's answer as kernels take it: a whole number of 64 bits."""
+        is_whole = isinstance(answer, (int, np.integer, np.bool_))
+        if not is_whole or not _LEAST <= int(answer) <= _MOST:  # type: ignore[call-overload]  # it is a number there
+            name = getattr(self._function, "__qualname__", repr(self._function))
+            raise LearnerError(
+                f"{name}, which kernels call, must return a whole number of at most 64 bits; it returned "
+                f"{answer!r:.200}"
+            )
+        return int(answer)  # type: ignore[call-overload]  # as above
 
     def take_error(self) -> BaseException | None:
         """Return the error that the function raised, if any, and forget it."""

@@ -12,6 +12,7 @@ from tuckerl.interrupts import interrupts_held_back
 from tuckerl.memory import check_memory
 from tuckerl.training.callbacks.base import CallbackLike, CallbackList, Goal
 from tuckerl.training.evaluation import CAPPED
+from tuckerl.training.guards import raise_fault
 from tuckerl.training.loop import play, play_together
 from tuckerl.training.memory_account import history_parts
 from tuckerl.training.python_calls import PythonCall
@@ -120,6 +121,7 @@ class Trainer:
         finally:
             if errors:
                 raise errors[0]
+        raise_fault(type(self._learner).__name__, world.arrays, arrays)
         state.partial[agents] = partial
         self._warn_of_cap(max(int(one.record.steps[: max(n, 0)].max(initial=0)) for one in arrays))
         return n >= 0

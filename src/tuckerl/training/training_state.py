@@ -141,6 +141,7 @@ class TrainingState:
                 steps, returns, self.trajectory[agent], self.schedules.values(until)[chunk], max_steps
             ),
             rng=self.streams[agent],
+            fault=np.zeros(4),
         )
 
     def share(self, mixture: FloatArray) -> None:

@@ -6,11 +6,16 @@ from functools import cached_property
 from inspect import signature
 from typing import Any
 
-from tuckerl._jit import by_kind
-from tuckerl.training.declared_state import DeclaredArray
-from tuckerl.training.schedules import Schedule, ScheduleValues
-from tuckerl.types import FloatArray
+import numpy as np
 
+from tuckerl._jit import by_kind, is_ours
+from tuckerl.errors import LearnerError
+from tuckerl.training.declared_state import DeclaredArray
+from tuckerl.training.guards import guarded_choose, guarded_probabilities
+from tuckerl.training.schedules import Schedule, ScheduleValues
+from tuckerl.types import FloatArray, IntArray
+
+_SUM_TOLERANCE = 1e-6
 _CHOOSE: dict[type, Callable[..., int]] = {}
 _PROBABILITIES: dict[type, Callable[..., None]] = {}
 
@@ -33,7 +38,49 @@ def register_policy(arrays: type, *, choose: Callable[..., int], probabilities: 
     probabilities : kernel ``(policy, agent, state, out) -> None``
         Writes the probability of each action into `out` (A,), 0 for those that are not allowed.
     """
-    _CHOOSE[arrays], _PROBABILITIES[arrays] = choose, probabilities
+    _CHOOSE[arrays], _PROBABILITIES[arrays] = guarded_choose(choose), guarded_probabilities(probabilities)
+
+
+def check_policy_registered(policy: "Policy", arrays: Any) -> None:
+    """Refuse a policy whose kernels nobody has registered; `arrays` is what its kernels would read.
+
+    Raises
+    ------
+    LearnerError
+        If that is so.
+    """
+    if type(arrays) not in _CHOOSE:
+        name = type(arrays).__name__
+        raise LearnerError(
+            f"no kernels are registered for {name}, which arrays() of {type(policy).__name__} returns: call "
+            f"register_policy({name}, choose=..., probabilities=...) in its file"
+        )
+
+
+def check_probabilities(policy: "Policy", states: IntArray, probabilities: FloatArray) -> None:
+    """Refuse rows that are no distributions, as a policy of a user's own may write them.
+
+    Parameters
+    ----------
+    policy : Policy
+    states : (B,) int64
+    probabilities : (B, A) float64
+        One row for each of the states.
+
+    Raises
+    ------
+    LearnerError
+        If a number is negative or not finite, or a row does not sum to 1 (to 1e-6).
+    """
+    if is_ours(type(policy)):
+        return
+    wrong = ~((probabilities >= 0.0).all(axis=1) & (np.abs(probabilities.sum(axis=1) - 1.0) <= _SUM_TOLERANCE))
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise LearnerError(
+            f"probabilities of {type(policy).__name__} must write numbers from 0 that sum to 1; in state {states[row]} "
+            f"it wrote {probabilities[row].tolist()[:20]}"
+        )
 
 
 class Policy(ABC):
