@@ -7,6 +7,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 
+from tests.cli import pennies_world
 from tuckerl import progress
 from tuckerl.cli import main
 
@@ -103,3 +104,25 @@ def test_wrong_input_is_one_sentence_and_status_2(
     assert shown.err.startswith("tuckerl: ")
     assert shown.err.count("\n") == 1
     assert message in shown.err
+
+
+def test_schedules_and_agents_of_opposite_interests(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    arguments = ["compare", "sarsa", "q-learning", "--env", f"tests.cli.pennies_world:{pennies_world.ID}"]
+    arguments += ["--runs", "2", "--episodes", "10", "--workers", "1", "--out", "pennies", "--measure", "return"]
+    assert status_of([*arguments, "--set", "epsilon=Linear(1, 0, 10)", "--set", "base.alpha=Harmonic(0.5, 9)"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    runs = pl.read_parquet("pennies/runs.parquet")
+    for place, name in enumerate(("sarsa", "q-learning"), start=1):
+        mean = float(runs.filter(variant=name, agent=0)["return"].to_numpy().mean())
+        assert lines[place] == f"Mean return of {name} by agent: same {mean:.4g}, other {-mean:.4g}"
+    variants = json.loads(Path("pennies/study.json").read_text())["scenarios"].popitem()[1]["variants"]
+    linear = {"schedule": "Linear", "start": 1.0, "stop": 0.0, "episodes": 10}
+    assert [variants[name]["parameters"]["epsilon"] for name in ("sarsa", "q-learning")] == [linear] * 2
+    assert variants["sarsa"]["parameters"]["alpha"] == {"schedule": "Harmonic", "start": 0.5, "half_after": 9.0}
+    assert status_of([*arguments, "--set", "epsilon=Linear(1, 0, 11)", "--set", "base.alpha=Harmonic(0.5, 9)"]) == 2
+    assert "episodes is 10 there and 11 now" in capsys.readouterr().err
+    shown = Path("pennies/report.html").read_text()
+    assert "Linear(start=1.0, stop=0.0, episodes=10)" in shown

@@ -45,6 +45,14 @@ def test_training_is_ended_in_order(name: str, capsys: pytest.CaptureFixture[str
     assert status_of(*TRAIN) == 0
 
 
+def test_the_handler_of_ctrl_c_is_told_what_was_running() -> None:
+    seen: list[object] = []
+    signal.signal(signal.SIGINT, lambda number, frame: seen.append((number, frame and frame.f_code.co_name)))
+    with endings_are_interrupts():
+        signal.raise_signal(signal.SIGTERM)
+    assert seen == [(signal.SIGINT, "test_the_handler_of_ctrl_c_is_told_what_was_running")]
+
+
 @pytest.mark.parametrize("command", [name for name in cli.COMMANDS if name != "list"])
 def test_all_long_commands_hear_them(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def terminated(*arguments: Any, **options: Any) -> None:

@@ -75,6 +75,40 @@ def test_a_folder_without_permission(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert list(tmp_path.iterdir()) == []
 
 
+def test_the_system_has_all_of_it_when_it_is_asked_to_put_it_on_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fsync = os.fsync
+    seen: list[bytes] = []
+
+    def looking(descriptor: int) -> None:
+        seen.extend(path.read_bytes() for path in tmp_path.iterdir())
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", looking)
+    files.write_whole(tmp_path / "result", b"short")
+    assert seen == [b"short"], "one file, under its temporary name"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no umask")
+def test_the_umask_is_as_before(tmp_path: Path) -> None:
+    before = os.umask(0o027)
+    try:
+        files.write_whole(tmp_path / "result", b"")
+        assert os.umask(0o027) == 0o027
+        assert stat.S_IMODE((tmp_path / "result").stat().st_mode) == 0o640
+    finally:
+        os.umask(before)
+
+
+def test_only_what_is_unfinished_is_deleted(tmp_path: Path) -> None:
+    kept = ["result", "other", ".other.x1", ".result", ".results.x1"]
+    for name in (*kept, ".result.x1", ".result.y2"):
+        (tmp_path / name).touch()
+    files.delete_unfinished(tmp_path / "result")
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(kept)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no umask")
 def test_a_result_is_as_readable_as_other_files(tmp_path: Path) -> None:
     (tmp_path / "other").touch()

@@ -60,5 +60,5 @@ def compare(
     report = write_comparison(result, folder)
     typer.echo(outcome(result))
     for name, means in means_by_agent(comparison, tables).items():
-        typer.echo(f"{name}: {by_agent(means)}")
+        typer.echo(f"Mean return of {name} by agent: {by_agent(means)}")
     typer.echo(f"Report: {report}")

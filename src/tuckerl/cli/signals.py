@@ -24,9 +24,10 @@ def endings_are_interrupts() -> Iterator[None]:
     def ask(number: int, frame: FrameType | None) -> None:
         nonlocal asked
         asked = True
-        if not callable(signal.getsignal(signal.SIGINT)):  # for this moment, as worker processes start
+        handler = signal.getsignal(signal.SIGINT)
+        if not callable(handler):  # for this moment, as worker processes start
             raise KeyboardInterrupt
-        signal.raise_signal(signal.SIGINT)
+        handler(signal.SIGINT, frame)  # which may look at what was running
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         if asked:

@@ -40,12 +40,12 @@ def agent_lines(agents: Sequence[str], means: FloatArray) -> list[str]:
     """Return each agent's mean return on a line; none where they share all rewards, or each has a world of its own."""
     if len(agents) < 2 or np.ptp(means) == 0:
         return []
-    return [by_agent(dict(zip(agents, means.tolist(), strict=True)))]
+    return [f"By agent: {by_agent(dict(zip(agents, means.tolist(), strict=True)))}"]
 
 
 def by_agent(means: Mapping[str, float]) -> str:
     """Return the agents' mean returns in words."""
-    return f"By agent: {', '.join(f'{name} {typed(mean)}' for name, mean in means.items())}"
+    return ", ".join(f"{name} {typed(mean)}" for name, mean in means.items())
 
 
 def evaluation_lines(evaluation: Evaluation, agents: Sequence[str] = ()) -> list[str]:
