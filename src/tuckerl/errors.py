@@ -57,6 +57,10 @@ class LearnerError(TuckerlError, TypeError):
     """A class of learners lacks what it needs to learn."""
 
 
+class LearnerInUseError(TuckerlError, RuntimeError):
+    """A learner was used by two threads at once, or from inside of what it was doing."""
+
+
 class TableSizeError(ProblemError, MemoryError):
     """Something would take more memory than is free; it was not begun."""
 

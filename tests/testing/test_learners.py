@@ -112,7 +112,8 @@ class Peeks(QLearning):
     def __init__(self, env: Any, **parameters: Any) -> None:
         super().__init__(env, **parameters)
         if isinstance(self.problem, GymnasiumProblem):
-            self._state.settings = self._state.settings._replace(gamma=0.5)
+            rules = self._state.rules
+            self._state.rules = rules._replace(settings=rules.settings._replace(gamma=0.5))
 
 
 @pytest.mark.parametrize(

@@ -342,7 +342,7 @@ def test_agents_that_catch_up_after_loading_are_followed_as_if_they_had_not_been
     def uneven() -> QLearning:
         learner = QLearning(TableEnv(MDP), n_agents=2, seed=0, tensor_step=TensorStep(every=5, ranks=(2, 2, 2, 1)))
         learner.learn(2)  # which loads the kernels, so that nobody stops because it is late
-        Trainer(learner, learner._state, ())._play_world(0, [0], 5, 10**9)
+        Trainer(learner, learner._state, (), learner._owner)._play_world(0, [0], 5, 10**9)
         return learner
 
     never_saved, saved = uneven(), uneven()

@@ -165,6 +165,17 @@ class PythonProblem(Problem):
         """Try to number the first observation; return whether there is a mask."""
         return self.spaces[0].encode(observation, info)[1] is not None
 
+    def for_copy(self, worlds: Sequence[Any], memo: dict[int, Any]) -> Problem:
+        """Return the same problem with copies of the environments, as these worlds have left them.
+
+        Raises
+        ------
+        ProblemError
+            If one cannot be copied.
+        """
+        environments = [world.env for world in worlds]
+        return self._replace(_copies=self._copies.of_copies(environments, memo))
+
     @property
     def state_factors(self) -> tuple[StateFactor, ...]:
         """The digits of an observation's number; where agents with tables of their own differ, there is one."""

@@ -3,7 +3,7 @@
 import copy
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -49,6 +49,25 @@ class EnvironmentCopies:
     def __init__(self, first: Any, source: str, make: Callable[[], Any] | None) -> None:
         self.first, self.source, self._make = first, source, make
         self._spare = [first]
+
+    def of_copies(self, environments: Sequence[Any], memo: dict[int, Any]) -> "EnvironmentCopies":
+        """Return the environments of a copied problem: first copies of these, in the state that they are in.
+
+        Raises
+        ------
+        ProblemError
+            If one cannot be copied.
+        """
+        try:
+            copied = [copy.deepcopy(env, memo) for env in environments]
+        except Exception as error:  # whatever a copy raises
+            raise ProblemError(
+                f"{self.source} cannot be copied ({type(error).__name__}: {error}): use the learner's save(), and "
+                "load() with another environment as env="
+            ) from error
+        copies = EnvironmentCopies(copied[0], self.source, self._make)
+        copies._spare = copied[::-1]
+        return copies
 
     def take(self) -> Any:
         """Return an environment that nobody else has: the first one to the first caller.
@@ -181,6 +200,11 @@ class PythonWorld(World):
     def saved(self) -> dict[str, Any]:
         """Return the environment's seeds and generator."""
         return self.seeds.saved()
+
+    def follow(self, original: World) -> None:
+        """Go on as a world does of whose environment this one has a copy, which needs no reset."""
+        if isinstance(original, PythonWorld):
+            self.seeds.follow(original.seeds)
 
     def restore(self, header: dict[str, Any]) -> None:
         """Go on from what `saved` returned."""

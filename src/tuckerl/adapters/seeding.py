@@ -23,6 +23,10 @@ class EpisodeSeeds:
         self._n_resets = 0
         self._seed: int | None = None  # the latest that was given
 
+    def follow(self, original: "EpisodeSeeds") -> None:
+        """Go on as those of an environment do of which this one is a copy."""
+        self.sequence, self._n_resets, self._seed = original.sequence, original._n_resets, original._seed
+
     def reset(self) -> tuple[Any, Any]:
         """Begin an episode; return what the environment's reset returns."""
         number = self._n_resets

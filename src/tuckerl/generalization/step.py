@@ -6,6 +6,7 @@ Ag_p, whose row norms say whose table all agents go on with (Figures 5, 7 and 8)
 """
 
 import functools
+import threading
 import time
 import warnings
 from dataclasses import dataclass
@@ -116,6 +117,28 @@ class TensorStep:
 def _blas() -> ThreadpoolController:
     """Return what limits the threads of BLAS; looking for its libraries takes longer than a small decomposition."""
     return ThreadpoolController()
+
+
+class _OneThread:
+    """A block in which BLAS has one thread: until the last of the learners that need it, each in its own, has left."""
+
+    def __init__(self) -> None:
+        self._lock, self._n_inside, self._limit = threading.Lock(), 0, None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._n_inside == 0:
+                self._limit = _blas().limit(limits=1)
+            self._n_inside += 1
+
+    def __exit__(self, *error: object) -> None:
+        with self._lock:
+            self._n_inside -= 1
+            if self._n_inside == 0 and self._limit is not None:
+                self._limit.restore_original_limits()
+
+
+_ONE_THREAD = _OneThread()
 
 
 class TensorStepHistory(NamedTuple):
@@ -234,7 +257,7 @@ class TensorStepState:
         if not tensor.any():
             return None
         # One thread: the order of additions, and with it every bit, does not depend on how many there are.
-        with _blas().limit(limits=1):
+        with _ONE_THREAD:
             return decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
 
     @property

@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int, check_name
-from tuckerl.errors import ProblemError
+from tuckerl.errors import ImmutableError, ProblemError
 from tuckerl.generalization.change_log import record_change
 from tuckerl.learners.q_learning import move_towards_target
+from tuckerl.problems.immutable import read_only
 from tuckerl.problems.parts import check_heuristic
 from tuckerl.rng import below
-from tuckerl.training.agent_arrays import AgentArrays, Transition
+from tuckerl.training.agent_arrays import AgentArrays, Settings, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.declared_state import Declaration, DeclaredArray
 from tuckerl.training.greedy_actions import maxima, random_maximum
@@ -189,7 +190,7 @@ class DynaH(Learner):
                 f"DynaH needs a heuristic and this problem has none of its own: pass heuristic=, "
                 f"{self.problem.n_states} numbers, larger where the goal is farther"
             )
-        self.heuristic = check_heuristic(given, self.problem.n_states)
+        self.heuristic: FloatArray = read_only(check_heuristic(given, self.problem.n_states))
 
     def declare_state(self) -> tuple[Declaration, ...]:
         """Return the model, which each agent keeps to itself."""
@@ -203,6 +204,32 @@ class DynaH(Learner):
             ),
             DeclaredArray("model.n_observed", "none", (1,), np.int64),
         )
+
+    def revise_state(self, before: Settings, now: Settings) -> None:
+        """Give what the models hold the discounts and distances of now.
+
+        Raises
+        ------
+        ImmutableError
+            If ends must be told from other steps, which a model with one discount for both cannot do.
+        """
+        known = [held["model.observed"][: held["model.n_observed"][0]] for held in self.declared]
+        is_told, must_be_told = (held.gamma != held.terminal_discount for held in (before, now))
+        if must_be_told and not is_told and any(map(len, known)):
+            raise ImmutableError(
+                f"gamma {now.gamma:g} cannot follow {before.gamma:g} without bootstrap_terminal: the models hold one "
+                "discount for ends and for other steps, and cannot tell them apart; make a new learner"
+            )
+        for held, states in zip(self.declared, known, strict=True):
+            outcome, distance = held["model.outcome"], held["model.distance"]
+            modelled = distance[states] > -np.inf
+            ends = is_told & (outcome["discount"][states] != before.gamma)
+            discounts = np.where(ends, now.terminal_discount, now.gamma)
+            outcome["discount"][states] = np.where(modelled, discounts, 0.0)
+            distance[states] = np.where(modelled, self.heuristic[outcome["next_state"][states]], -np.inf)
+            farthest = distance[states].max(axis=1, keepdims=True)
+            held["model.farthest"][states] = distance[states].argmax(axis=1)
+            held["model.n_farthest"][states] = (distance[states] == farthest).sum(axis=1)
 
     def constants(self) -> dict[str, Any]:
         """Return how to plan."""

@@ -2,6 +2,7 @@
 
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import SavedFileError
@@ -12,7 +13,11 @@ from tuckerl.training.learner import Learner
 
 
 def load(
-    path: str | PathLike[str], *, env: Environment | None = None, tensor_step: TensorStep | None = None
+    path: str | PathLike[str],
+    *,
+    env: Environment | None = None,
+    tensor_step: TensorStep | None = None,
+    **parameters: Any,
 ) -> Learner:
     """Return the learner that any learner's `save` wrote: this library's, or a subclass that has been imported.
 
@@ -21,13 +26,15 @@ def load(
     path
     env, tensor_step
         What no file holds; see :meth:`tuckerl.training.learner.Learner.load`.
+    **parameters
+        Replace the saved ones: ``load(path, alpha=0.01)``.
 
     Raises
     ------
     SavedFileError
         If the file is truncated, damaged, of another kind, of a newer version, or holds an unknown learner.
     ParameterError
-        If `env` or `tensor_step` is not the one that it was saved with.
+        If `env` or `tensor_step` is not the one that it was saved with, or a parameter is one that cannot change.
     FileNotFoundError
         If there is none.
 
@@ -46,7 +53,7 @@ def load(
         raise SavedFileError(
             f"{path} holds a {held}, which is none of {', '.join(own)}: import the module that defines it first"
         )
-    return persistence.load(known[held], saved, env=env, tensor_step=tensor_step)
+    return persistence.load(known[held], saved, env=env, tensor_step=tensor_step, changes=parameters)
 
 
 def _subclasses() -> list[type[Learner]]:

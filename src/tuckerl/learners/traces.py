@@ -63,8 +63,10 @@ class Traces(NamedTuple):
         return {"state": self.state[slots].copy(), "constant": self.constant[slots].copy()}
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Replace the traces by those that `to_arrays` returned."""
+        """Replace the traces by those that `to_arrays` returned, if an episode may begin with traces."""
         self.clear()
+        if not self.decay.carried:
+            return
         n_rows = arrays["state"].size
         slots = slice(1, n_rows + 1)
         self.state[slots], self.constant[slots] = arrays["state"], arrays["constant"]

@@ -5,6 +5,7 @@ assigned or deleted after that, and arrays are kept as read-only copies.
 """
 
 from abc import ABCMeta
+from inspect import Signature, signature
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,6 +22,14 @@ class _MakesImmutable(ABCMeta):
 
     def __call__(cls, *args: Any, **keywords: Any) -> Any:
         return seal(super().__call__(*args, **keywords))
+
+    @property
+    def __signature__(cls) -> Signature:
+        """What the constructor takes; `inspect` and `help` would show what stands above."""
+        kind: Any = cls
+        if kind.__init__ is object.__init__:
+            return Signature()
+        return Signature(list(signature(kind.__init__).parameters.values())[1:])  # without self
 
 
 class Immutable(metaclass=_MakesImmutable):

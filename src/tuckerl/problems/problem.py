@@ -199,6 +199,18 @@ class Problem(Described):
         vars(other).update(vars(self) | changes)  # it is made, as this one is
         return other
 
+    def for_copy(self, worlds: Sequence[World], memo: dict[int, Any]) -> "Problem":
+        """Return the problem of a learner's copy, which goes on from these worlds; itself, as nothing changes it.
+
+        Parameters
+        ----------
+        worlds : sequence of World
+            Those of the learner, between two episodes.
+        memo : dict
+            As of :func:`copy.deepcopy`.
+        """
+        return self
+
     def with_agents(self, decide_by_agent: Decide) -> Self:
         """Return the same problem, which takes observations as dicts by agent besides states' numbers."""
         return self._replace(decide_by_agent=decide_by_agent)

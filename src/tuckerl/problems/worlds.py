@@ -40,5 +40,9 @@ class World:
         """Return as JSON what must be known to go on between two episodes."""
         return {}
 
+    def follow(self, original: "World") -> None:
+        """Go on as a world does of which this one is a copy."""
+        self.restore(original.saved())
+
     def restore(self, header: dict[str, Any]) -> None:
         """Go on from what `saved` returned."""

@@ -11,7 +11,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import DTypeLike
 
-from tuckerl.errors import ParameterError
+from tuckerl.errors import ImmutableError, ParameterError
 from tuckerl.generalization.sharing import share_tables
 from tuckerl.types import FloatArray, IntArray
 
@@ -77,6 +77,11 @@ class DeclaredArray:
             )
 
     @property
+    def form(self) -> tuple[object, ...]:
+        """The shape and the type."""
+        return (self.shape, np.dtype(self.dtype))
+
+    @property
     def is_shared_by_rows(self) -> bool:
         """Whether agents share only those rows that were recorded as changed."""
         return self.share in ("by_entry", "by_row") and self.shape[:1] == ("states",)
@@ -110,6 +115,11 @@ class DeclaredRecord:
     def __post_init__(self) -> None:
         if self.share not in ("copied", "none"):
             raise ParameterError(f"share of {self.name!r} must be copied or none; got {self.share!r}")
+
+    @property
+    def form(self) -> tuple[object, ...]:
+        """Nothing that is known."""
+        return ()
 
     def create(self, initial_q: FloatArray) -> Record:
         """Return the record of one agent; `initial_q` is (S, A)."""
@@ -161,6 +171,35 @@ def share_state(
         tables /= np.where(sums > 0.0, sums, 1.0)  # a row of zeros is no distribution, and stays
     for array, shared in zip(values, tables, strict=True):
         array[rows] = shared
+
+
+def carried_over(before: Declaration | None, declaration: Declaration, value: Any, initial_q: FloatArray) -> Any:
+    """Return what an agent holds under a declaration that takes the place of another one of its name, or of none.
+
+    Parameters
+    ----------
+    before, declaration : Declaration
+    value
+        What the agent held under `before`.
+    initial_q : (S, A) float64
+
+    Raises
+    ------
+    ImmutableError
+        If arrays of another shape or type would have to take the place of what was learned.
+    """
+    if before is None or before is declaration:
+        return declaration.create(initial_q) if before is None else value
+    if isinstance(before, DeclaredRecord) and isinstance(declaration, DeclaredRecord):
+        record = declaration.create(initial_q)
+        record.set_arrays(value.to_arrays())
+        return record
+    if before.form == declaration.form:
+        return value
+    raise ImmutableError(
+        f"this parameter cannot change once a learner is made: it decides the shape of {declaration.name!r}, which has "
+        "been learned; make a new learner"
+    )
 
 
 def saved_state(declaration: Declaration, agent: int, value: Any) -> Arrays:

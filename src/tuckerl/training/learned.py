@@ -27,6 +27,7 @@ class Learned(ABC):
     """Length of the agent axis: the number of agents, or of a PettingZoo environment's agents."""
 
     tensor_step: TensorStep | None
+    seed_sequence: np.random.SeedSequence
     _state: TrainingState
     _acting_policy: Policy
 
@@ -144,14 +145,15 @@ class Learned(ABC):
     def scheduled(self, name: str) -> FloatArray:
         """Return the values of "alpha", "epsilon" or another scheduled number in all episodes so far, (episodes,).
 
+        They are what was in force in each episode, whatever was assigned since; NaN where nothing of this name was.
+
         Raises
         ------
         UnknownNameError
             If this learner has no such number.
         """
-        schedules = self._state.schedules
-        column = schedules.names.index(check_name("scheduled number", name, schedules.names))
-        return schedules.values(self.episodes)[: self.episodes, column].copy()
+        recorded = self._state.schedules.recorded(self.episodes)
+        return recorded[check_name("scheduled number", name, recorded)]
 
     def to_frame(self) -> Any:
         """Return the history as a Polars frame: a row for each agent and episode, with its steps and return."""

@@ -31,11 +31,13 @@ from tuckerl.training import persistence
 from tuckerl.training.agent_arrays import Settings
 from tuckerl.training.algorithm import check_registered
 from tuckerl.training.callbacks.base import CallbackLike
+from tuckerl.training.copies import Copyable
 from tuckerl.training.declared_state import Declaration
 from tuckerl.training.evaluation import Evaluation, evaluate
-from tuckerl.training.learned import Learned
 from tuckerl.training.memory_account import learner_parts
+from tuckerl.training.one_owner import Owner
 from tuckerl.training.parameters import (
+    check_alpha,
     check_deterministic,
     check_equal_spaces,
     check_initial_q,
@@ -48,9 +50,9 @@ from tuckerl.training.policies.greedy import Greedy
 from tuckerl.training.policies.policy import Policy, check_policy_registered
 from tuckerl.training.prediction import Predictor
 from tuckerl.training.python_calls import PythonCall
-from tuckerl.training.schedules import Schedule, as_number, as_schedule
+from tuckerl.training.schedules import Schedule, as_number
 from tuckerl.training.trainer import Trainer
-from tuckerl.training.training_state import TrainingState
+from tuckerl.training.training_state import Rules, TrainingState
 from tuckerl.types import FloatArray, Seed
 
 _PREDICTION_STREAM = 2**32 - 2  # the child of the seed for predictions that are drawn
@@ -58,7 +60,7 @@ _EVALUATION_STREAM = 2**32 - 3  # and that for evaluate()
 _DIVERGED = "a table was not finite any more in episode {}, where learning stopped: a smaller alpha may keep it finite"
 
 
-class Learner(Learned):
+class Learner(Copyable):
     """A tabular learner of N agents, each in its own copy of the problem.
 
     Parameters
@@ -117,8 +119,6 @@ class Learner(Learned):
     reads_agents: ClassVar[Agents] = Agents.INDEPENDENT
     """What it makes of a PettingZoo environment, a table for each agent or one joint table."""
 
-    _python_calls: list[PythonCall]
-
     team_reward: str = "mean"
     """What a PettingZoo environment of a joint table pays."""
 
@@ -133,7 +133,7 @@ class Learner(Learned):
         """Refuse unknown parameters, saying what may have been meant."""
         check_known(cls, parameters)
         learner = super().__new__(cls)
-        learner._python_calls = []  # before a subclass's own constructor, which may add to them
+        learner._owner, learner._python_calls = Owner(), []  # before a subclass's own constructor, which may use them
         return learner
 
     def __init__(
@@ -155,7 +155,7 @@ class Learner(Learned):
         compiled: Literal["auto"] | bool = "auto",
     ) -> None:
         check_registered(type(self))
-        self._alpha_schedule = as_schedule("alpha", alpha, positive=True)
+        self._alpha_schedule = check_alpha(alpha)
         self.alpha = as_number(alpha)
         self.gamma = check_real("gamma", gamma, 0.0, 1.0)
         self.epsilon_decay = check_real("epsilon_decay", epsilon_decay, 0.0, 1.0)
@@ -174,13 +174,25 @@ class Learner(Learned):
         shape = (self.problem.n_states, self.problem.n_actions)
         check_equal_spaces(self.problem, self.tensor_step)
         self._acting_policy = self.adapt_policy(self.default_policy(chosen) if policy is None else chosen)
-        declarations = (*self.declare_state(), *self._acting_policy.declare_state())
-        check_memory(type(self).__name__, learner_parts(self.problem, self.n_agents, self.tensor_step, declarations))
+        own = self.declare_state()
+        if not hasattr(self, "_state"):  # there is room for what there is
+            declarations = (*own, *self._acting_policy.declare_state())
+            parts = learner_parts(self.problem, self.n_agents, self.tensor_step, declarations)
+            check_memory(type(self).__name__, parts)
         self.initial_q = check_initial_q(initial_q, shape)
         self._target_policy = self._acting_policy.target() or Greedy()
-        self._state = self._new_state()
+        rules = Rules(
+            {"alpha": self._alpha_schedule, **self.algorithm_schedules()},
+            self._acting_policy,
+            own,
+            Settings(self.gamma, self.gamma if self.bootstrap_terminal else 0.0, self.ties == "random"),
+        )
+        if hasattr(self, "_state"):  # a parameter was assigned
+            self._state.go_on_by(rules)
+        else:
+            self._state = self._new_state(rules)
+            self._prediction_rng = np.random.default_rng(child(self.seed_sequence, _PREDICTION_STREAM))
         self._check_policies()
-        self._prediction_rng = np.random.default_rng(child(self.seed_sequence, _PREDICTION_STREAM))
 
     def _check_policies(self) -> None:
         """Refuse policies whose kernels nobody has registered."""
@@ -188,17 +200,14 @@ class Learner(Learned):
             arrays = policy.arrays(np.zeros(len(policy.schedules())), self._state.declared[0])
             check_policy_registered(policy, arrays)
 
-    def _new_state(self) -> TrainingState:
+    def _new_state(self, rules: Rules) -> TrainingState:
         n_worlds = 1 if self.problem.shares_world else self.n_agents
         return TrainingState(
             [self.problem.world() for _ in range(n_worlds)],
             self.initial_q,
             n_agents=self.n_agents,
             tensor_step=self.tensor_step,
-            schedules={"alpha": self._alpha_schedule, **self.algorithm_schedules()},
-            policy=self._acting_policy,
-            declarations=self.declare_state(),
-            settings=Settings(self.gamma, self.gamma if self.bootstrap_terminal else 0.0, self.ties == "random"),
+            rules=rules,
             max_episode_steps=self.problem.max_episode_steps,
             sequence=self.seed_sequence,
         )
@@ -308,7 +317,10 @@ class Learner(Learned):
         SimulatorError, EnvironmentFaultError
             If a simulator or an environment does something impossible. What was learned before is kept.
         """
-        Trainer(self, self._state, self._python_calls).learn(episodes, steps, callbacks, progress=progress)
+        with self._owner.learning():
+            Trainer(self, self._state, self._python_calls, self._owner).learn(
+                episodes, steps, callbacks, progress=progress
+            )
         if self.diverged_at is not None:
             warnings.warn(_DIVERGED.format(self.diverged_at), DivergenceWarning, stacklevel=2)
         return self
@@ -347,6 +359,7 @@ class Learner(Learned):
         ParameterError, ParameterTypeError, ObservationError
             If an observation is none of the environment's, or a mask none of its actions, or no action may be taken.
         """
+        self._owner.check_predictable("predict()")
         predictor = self._predictor(self._state.q, self._state.declared)
         return predictor.predict(observation, check_deterministic(deterministic), action_masks), None
 
@@ -393,7 +406,8 @@ class Learner(Learned):
     ) -> Evaluation:
         sequence = child(self.seed_sequence, _EVALUATION_STREAM) if seed is None else seed_sequence(seed)
         predictor = self._predictor(q, declared)
-        return evaluate(predictor, check_int("episodes", episodes, 1), sequence, check_deterministic(deterministic))
+        with self._owner.at_rest("evaluate()"):
+            return evaluate(predictor, check_int("episodes", episodes, 1), sequence, check_deterministic(deterministic))
 
     def _predictor(self, q: FloatArray, declared: Sequence[Mapping[str, Any]]) -> Predictor:
         state = self._state
@@ -417,7 +431,8 @@ class Learner(Learned):
         OutputError
             If it cannot be written.
         """
-        persistence.save(self, self._state, self._prediction_rng, Path(path))
+        with self._owner.at_rest("save()"):
+            persistence.save(self, self._state, self._prediction_rng, Path(path))
 
     @classmethod
     def load(
@@ -426,8 +441,12 @@ class Learner(Learned):
         *,
         env: Environment | None = None,
         tensor_step: TensorStep | None = None,
+        **parameters: Any,
     ) -> Self:
         """Return the learner that `save` wrote.
+
+        Parameters that are given replace the saved ones, as if they had been assigned to it: ``load(path, alpha=0.01)``
+        goes on with a smaller learning rate.
 
         What is code is in no file: `env` is needed where the problem is a simulator or an environment that is stepped
         in Python and was not named by its id, `tensor_step` where the saved one used functions of the user's own; both
@@ -438,19 +457,21 @@ class Learner(Learned):
         SavedFileError
             If the file is truncated, damaged, of another kind or learner, or of a newer version.
         ParameterError
-            If `env` or `tensor_step` is not the one that it was saved with.
+            If `env` or `tensor_step` is not the one that it was saved with, or a parameter is one that cannot change.
         FileNotFoundError
             If there is none.
         """
-        return persistence.load(cls, persistence.read(Path(path)), env=env, tensor_step=tensor_step)
+        saved = persistence.read(Path(path))
+        return persistence.load(cls, saved, env=env, tensor_step=tensor_step, changes=parameters)
 
     def restore(self, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from the content of a learner's file, which `load` has read."""
-        self._state.set_arrays(arrays)
-        self._state.diverged_at = header["diverged_at"]
-        self._prediction_rng.bit_generator.state = header["prediction_rng"]
-        for world, held in zip(self._state.worlds, header.get("worlds", ()), strict=False):  # format 1 had none
-            world.restore(held)
+        with self._owner.learning("restore()"):
+            self._state.set_arrays(arrays)
+            self._state.diverged_at = header["diverged_at"]
+            self._prediction_rng.bit_generator.state = header["prediction_rng"]
+            for world, held in zip(self._state.worlds, header.get("worlds", ()), strict=False):  # format 1 had none
+                world.restore(held)
 
     # What it shows, besides what `Learned` has.
 

@@ -8,17 +8,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tuckerl.checks import check_flag, check_real, did_you_mean
-from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
+from tuckerl.errors import LearnerError, ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
 from tuckerl.problems.problem import Problem
 from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy
 from tuckerl.training.policies.policy import Policy
-from tuckerl.training.schedules import Schedule
+from tuckerl.training.schedules import Schedule, as_schedule
 from tuckerl.types import FloatArray, Seed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from tuckerl.training.learned import Learned
 
 NOT_SAVED = ("env", "tensor_step", "seed", "bins")
 """Constructor parameters that a saved file holds in forms of their own, or in its problem."""
@@ -72,6 +74,60 @@ def check_known(learner: type, parameters: "Mapping[str, object]") -> None:
         name = min(unknown)
         hint = did_you_mean(name, known) or f"it takes {', '.join(known)}"
         raise ParameterTypeError(f"{learner.__name__} has no parameter {name!r}: {hint}")
+
+
+def kept_parameters(learner: "Learned") -> dict[str, Any]:
+    """Return a learner's constructor parameters by name, those but that files hold in forms of their own.
+
+    Raises
+    ------
+    LearnerError
+        If the learner has not kept one.
+    """
+    names = [name for name in keywords_of(type(learner)) if name not in NOT_SAVED]
+    missing = [name for name in names if not hasattr(learner, name)]
+    if missing:
+        raise LearnerError(
+            f"{type(learner).__name__} must keep its parameter {missing[0]!r} as an attribute of the same name, or no "
+            f"file can hold it: set self.{missing[0]}"
+        )
+    values = {name: getattr(learner, name) for name in names}
+    if learner.problem.shares_world:
+        values["n_agents"] = 1  # as it was given: there is one environment
+    if values["policy"] is None:
+        del values["policy"]
+    return values
+
+
+def given_parameters(learner: "Learned") -> dict[str, Any]:
+    """Return what a learner's constructor makes the same learner of, together with its problem.
+
+    Raises
+    ------
+    LearnerError
+        If the learner has not kept a parameter.
+    """
+    values = kept_parameters(learner)
+    first: FloatArray = values["initial_q"]
+    if not any(first.strides):  # one number, which fills the table at no cost
+        values["initial_q"] = float(first[0, 0])
+    return values | {"tensor_step": learner.tensor_step, "seed": learner.seed_sequence}
+
+
+def check_alpha(alpha: Any) -> Schedule:
+    """Return a learning rate as a schedule, which may fall to 0, but must not be 0 from the beginning to the end.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError
+        If it is neither a number in (0, 1] nor such a schedule.
+    """
+    if not isinstance(alpha, Schedule):
+        return as_schedule("alpha", alpha, positive=True)
+    schedule = as_schedule("alpha", alpha)
+    if not schedule.values(2).any():
+        raise ParameterError(f"alpha must not be 0 in all episodes, as nothing would be learned; got {alpha!r}")
+    return schedule
 
 
 def check_step(step: object) -> TensorStep | None:
@@ -135,6 +191,7 @@ def check_initial_q(initial_q: object, shape: tuple[int, int]) -> FloatArray:
         raise ParameterError(
             f"{expected}; got shape {table.shape}{'' if np.isfinite(table).all() else ' with NaN or infinity in it'}"
         )
+    table.flags.writeable = False
     return table
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from tuckerl._version import __version__
 from tuckerl.adapters.kinds import restore_problem, save_problem
 from tuckerl.adapters.resolve import Environment
-from tuckerl.errors import LearnerError, ParameterError, SavedFileError
+from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.generalization.step import TensorStep
 from tuckerl.training import learner_file
 from tuckerl.training.learner_file import Arrays, Header, of_prefix, with_prefix
-from tuckerl.training.parameters import NOT_SAVED, keywords_of
+from tuckerl.training.parameters import kept_parameters, keywords_of
 from tuckerl.training.policies import POLICIES, policy_class
 from tuckerl.training.policies.policy import Policy
 from tuckerl.training.schedules import as_json, from_json
@@ -65,19 +65,7 @@ def read(path: Path) -> SavedLearner:
 
 def plain_parameters(learner: "Learner") -> dict[str, Any]:
     """Return a learner's constructor parameters that are no arrays, by name."""
-    names = [name for name in keywords_of(type(learner)) if name not in NOT_SAVED]
-    missing = [name for name in names if not hasattr(learner, name)]
-    if missing:
-        raise LearnerError(
-            f"{type(learner).__name__} must keep its parameter {missing[0]!r} as an attribute of the same name, or no "
-            f"file can hold it: set self.{missing[0]}"
-        )
-    values = {name: getattr(learner, name) for name in names}
-    if learner.problem.shares_world:
-        values["n_agents"] = 1  # as it was given: there is one environment
-    if values["policy"] is None:
-        del values["policy"]
-    return {name: value for name, value in values.items() if not isinstance(value, np.ndarray)}
+    return {name: value for name, value in kept_parameters(learner).items() if not isinstance(value, np.ndarray)}
 
 
 def save(learner: "Learner", state: TrainingState, prediction_rng: np.random.Generator, path: Path) -> None:
@@ -107,21 +95,26 @@ def save(learner: "Learner", state: TrainingState, prediction_rng: np.random.Gen
 def _array_parameters(learner: "Learner") -> Arrays:
     """Return a learner's constructor parameters that are arrays; a uniform first table as one number."""
     arrays: Arrays = {}
-    for name in keywords_of(type(learner)):
-        value = getattr(learner, name) if name not in NOT_SAVED else None
+    for name, value in kept_parameters(learner).items():
         if isinstance(value, np.ndarray):
             arrays[name] = value[(0,) * value.ndim] if not any(value.strides) else value
     return arrays
 
 
 def load(
-    kind: type[_Learner], saved: SavedLearner, *, env: Environment | None, tensor_step: TensorStep | None
+    kind: type[_Learner],
+    saved: SavedLearner,
+    *,
+    env: Environment | None,
+    tensor_step: TensorStep | None,
+    changes: Mapping[str, Any],
 ) -> _Learner:
     """Return the learner that a file holds; see :meth:`tuckerl.training.learner.Learner.load` for the errors."""
     path, header, arrays = saved
     if header["learner"] != kind.__name__:
         held = header["learner"]
         raise SavedFileError(f"{path} holds a {held}, not a {kind.__name__}: load it with {held}.load")
+    kind.check_changes(changes)
     parameters = _restored_parameters(kind, header["parameters"])
     for name in keywords_of(kind):
         if name in arrays and name not in parameters:  # format 1 had other arrays of such names
@@ -133,6 +126,7 @@ def load(
         problem, **parameters, tensor_step=_restored_step(header["tensor_step"], tensor_step, path), seed=saved.seed
     )
     learner.restore(header, arrays)
+    learner.change(changes)
     return learner
 
 

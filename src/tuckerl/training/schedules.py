@@ -18,7 +18,15 @@ class Schedule(ABC):
 
     @abstractmethod
     def values(self, n_episodes: int) -> FloatArray:
-        """Return the numbers of the episodes 0 to `n_episodes` - 1, (n_episodes,) float64."""
+        """Return the numbers of the episodes 0 to `n_episodes` - 1, (n_episodes,) float64.
+
+        Episodes are counted from the learner's first one, also where a schedule is assigned later.
+        """
+
+    @property
+    def is_positive(self) -> bool:
+        """Whether the number stays above 0, however many episodes there are."""
+        return False
 
 
 class ScheduleValues:
@@ -27,10 +35,12 @@ class ScheduleValues:
     Parameters
     ----------
     schedules : dict of Schedule by name
+    past : dict of (E,) float64 by name, optional
+        What the numbers were in the first E episodes, if other schedules were in force there; NaN where none was.
     """
 
-    def __init__(self, schedules: Mapping[str, Schedule]) -> None:
-        self._schedules = dict(schedules)
+    def __init__(self, schedules: Mapping[str, Schedule], past: Mapping[str, FloatArray] | None = None) -> None:
+        self._schedules, self.past = dict(schedules), dict(past or {})
         self._values: FloatArray = np.zeros((0, self.n))
 
     @property
@@ -45,12 +55,33 @@ class ScheduleValues:
 
     def values(self, n_episodes: int) -> FloatArray:
         """Return the values of the episodes from 0 to `n_episodes` - 1 at least, (episodes, n); not to be changed."""
-        if len(self._values) < n_episodes:
-            more = max(n_episodes, 2 * len(self._values))
-            self._values = np.zeros((more, self.n))
-            for column, schedule in enumerate(self._schedules.values()):
-                self._values[:, column] = schedule.values(more)
-        return self._values
+        held = self._values
+        if len(held) < n_episodes:
+            held = np.zeros((max(n_episodes, 2 * len(held)), self.n))
+            for column, (name, schedule) in enumerate(self._schedules.items()):
+                held[:, column] = schedule.values(len(held))
+                past = self.past.get(name, held[:0, column])[: len(held)]
+                held[: len(past), column] = past
+            self._values = held  # when it is whole: policies are shared between learners, and these between threads
+        return held
+
+    def recorded(self, n_episodes: int) -> dict[str, FloatArray]:
+        """Return what was in force in the first episodes, (n_episodes,) by name; NaN where nothing of the name was."""
+        present = dict(zip(self.names, self.values(n_episodes)[:n_episodes].T.copy(), strict=True))
+        gone = {name: past for name, past in self.past.items() if name not in present}
+        unset = np.full(n_episodes, np.nan)
+        return present | {name: np.concatenate([past, unset])[:n_episodes] for name, past in gone.items()}
+
+    def followed_by(self, schedules: Mapping[str, Schedule], n_episodes: int) -> "ScheduleValues":
+        """Return the values where other schedules are in force from episode `n_episodes` on: the past stays."""
+        if dict(schedules) == self._schedules:
+            return self
+        unset = np.full(n_episodes, np.nan)
+        return ScheduleValues(schedules, dict.fromkeys(schedules, unset) | self.recorded(n_episodes))
+
+    def with_past(self, past: Mapping[str, FloatArray]) -> "ScheduleValues":
+        """Return the values after such a past, which a file has held."""
+        return ScheduleValues(self._schedules, past)
 
 
 @dataclass(frozen=True)
@@ -76,6 +107,11 @@ class Exponential(Schedule):
         factors[:1] = self.start
         return np.maximum(np.multiply.accumulate(factors), self.minimum)
 
+    @property
+    def is_positive(self) -> bool:
+        """Whether there is a positive minimum, or rounding keeps the product at the smallest number above 0."""
+        return self.minimum > 0.0 or (self.start > 0.0 and self.decay > 0.5)
+
 
 @dataclass(frozen=True)
 class Linear(Schedule):
@@ -98,6 +134,11 @@ class Linear(Schedule):
         """Return the numbers of the first episodes."""
         part = np.minimum(np.arange(n_episodes) / self.episodes, 1.0)
         return self.start * (1.0 - part) + self.stop * part
+
+    @property
+    def is_positive(self) -> bool:
+        """Whether both ends are above 0."""
+        return min(self.start, self.stop) > 0.0
 
 
 @dataclass(frozen=True)
@@ -124,6 +165,11 @@ class Harmonic(Schedule):
         values: FloatArray = self.start / (1.0 + np.arange(n_episodes) / self.half_after)
         return values
 
+    @property
+    def is_positive(self) -> bool:
+        """Whether the start is above 0."""
+        return self.start > 0.0
+
 
 SCHEDULES = {kind.__name__: kind for kind in (Exponential, Linear, Harmonic)}
 
@@ -143,16 +189,29 @@ def _check_numbers(schedule: Any) -> None:
 def as_schedule(name: str, value: object, decay: float = 1.0, *, positive: bool = False) -> Schedule:
     """Return a number, which may decay, or a schedule as a schedule.
 
+    Parameters
+    ----------
+    name : str
+        For messages.
+    value : float in [0, 1] or Schedule
+    decay : float
+        Multiplies a number after each episode.
+    positive : bool
+        Whether 0 is impossible, in whichever episode: for numbers that something is divided by.
+
     Raises
     ------
     ParameterError, ParameterTypeError
-        If it is neither a number in [0, 1] nor one of these schedules, or a schedule is to decay on top.
+        If it is neither a number in [0, 1] nor one of these schedules, a schedule is to decay on top, or one falls to 0
+        where 0 is impossible.
     """
     if not isinstance(value, Schedule):
         return Exponential(check_real(name, value, 0.0, 1.0, low_open=positive), decay)
     if type(value) not in SCHEDULES.values():  # no file could hold it
         known = ", ".join(f"tuckerl.{kind}" for kind in SCHEDULES)
         raise ParameterTypeError(f"{name} must be a number or one of the schedules {known}; got {value!r}")
+    if positive and not value.is_positive:
+        raise ParameterError(f"{name} must stay above 0 in all episodes; {value!r} falls to 0: give it an end above 0")
     if decay != 1.0:
         raise ParameterError(f"{name} is a schedule already: leave {name}_decay at 1; got {decay}")
     return value

@@ -15,6 +15,7 @@ from tuckerl.training.evaluation import CAPPED
 from tuckerl.training.guards import raise_fault
 from tuckerl.training.loop import play, play_together
 from tuckerl.training.memory_account import history_parts
+from tuckerl.training.one_owner import Owner
 from tuckerl.training.python_calls import PythonCall
 from tuckerl.training.training_state import TrainingState
 
@@ -40,10 +41,14 @@ class Trainer:
         The learner's, changed in place.
     python_calls : sequence of PythonCall
         The Python functions that the algorithm's kernels may call.
+    owner : Owner
+        Knows that the learner is in use, and whether episodes are being played.
     """
 
-    def __init__(self, learner: "Learner", state: TrainingState, python_calls: Sequence[PythonCall]) -> None:
-        self._learner, self._state, self._python_calls = learner, state, python_calls
+    def __init__(
+        self, learner: "Learner", state: TrainingState, python_calls: Sequence[PythonCall], owner: Owner
+    ) -> None:
+        self._learner, self._state, self._python_calls, self._owner = learner, state, python_calls, owner
 
     def learn(
         self, episodes: int | None, steps: int | None, callbacks: Sequence[CallbackLike], *, progress: bool
@@ -53,7 +58,7 @@ class Trainer:
         with CallbackList(self._learner, callbacks, goal, progress=progress) as listed:
             while state.diverged_at is None and listed.go_on and not self._is_done(goal):
                 try:
-                    with interrupts_held_back():
+                    with interrupts_held_back(), self._owner.playing():
                         self._advance(min(goal.episodes, listed.next_stop()), goal.steps)
                 finally:  # Ctrl-C is heard above; the window that it waited for may have ended
                     listed.call()

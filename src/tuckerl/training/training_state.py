@@ -4,7 +4,7 @@ Sizes: N agents, S states, A actions, K scheduled numbers.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from tuckerl.generalization.step import TensorStep, TensorStepState
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
 from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
-from tuckerl.training.declared_state import Arrays, Declaration, restore_state, saved_state, share_state
+from tuckerl.training.declared_state import Arrays, Declaration, carried_over, restore_state, saved_state, share_state
 from tuckerl.training.history import EpisodeHistory
 from tuckerl.training.policies.policy import Policy
 from tuckerl.training.schedules import Schedule, ScheduleValues
@@ -25,6 +25,15 @@ LONGEST_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
 
 MakeAlgorithmState = Callable[[Mapping[str, Any], FloatArray], Any]
 """From an agent's declared arrays by name and the algorithm's scheduled numbers to what its kernels read."""
+
+
+class Rules(NamedTuple):
+    """How a learner learns, by those of its parameters that can change between episodes."""
+
+    schedules: Mapping[str, Schedule]  # alpha first, then the algorithm's own; the policy's are added
+    policy: Policy
+    declarations: tuple[Declaration, ...]  # of the algorithm
+    settings: Settings
 
 
 class TrainingState:
@@ -38,12 +47,7 @@ class TrainingState:
         Possibly broadcast from one number.
     n_agents : int
     tensor_step : TensorStep or None
-    schedules : dict of Schedule by name
-        Alpha first, then the algorithm's own; the policy's are added.
-    policy : Policy
-    declarations : tuple of Declaration
-        What the algorithm declares.
-    settings : Settings
+    rules : Rules
     max_episode_steps : int or None
     sequence : SeedSequence
         The learner's.
@@ -56,32 +60,21 @@ class TrainingState:
         *,
         n_agents: int,
         tensor_step: TensorStep | None,
-        schedules: dict[str, Schedule],
-        policy: Policy,
-        declarations: tuple[Declaration, ...],
-        settings: Settings,
+        rules: Rules,
         max_episode_steps: int | None,
         sequence: np.random.SeedSequence,
     ) -> None:
         n_states, n_actions = initial_q.shape
-        self.worlds, self.initial_q, self.settings, self.policy = tuple(worlds), initial_q, settings, policy
+        self.worlds, self.initial_q = tuple(worlds), initial_q
         for number, world in enumerate(self.worlds):
             world.seed(child(sequence, number))
         self.q: FloatArray = np.zeros((n_agents, n_states, n_actions))  # zeros cost nothing until they are touched
         if initial_q.any():
             self.q += initial_q
         self.weights: FloatArray = np.ones(n_actions)
-        self.declarations = (*declarations, *policy.declare_state())
-        names = [declaration.name for declaration in self.declarations]
-        if len(set(names)) < len(names):
-            raise LearnerError(f"declared arrays must have different names; got {', '.join(names)}")
-        self.declared: tuple[dict[str, Any], ...] = tuple(
-            {declaration.name: declaration.create(initial_q) for declaration in self.declarations}
-            for _ in range(n_agents)
-        )
-        self.n_learner_schedules = len(schedules)
-        self.schedules = ScheduleValues(schedules | policy.schedules())
-        self.scheduled: FloatArray = np.zeros((n_agents, self.schedules.n))
+        self.declarations: tuple[Declaration, ...] = ()
+        self.declared: tuple[dict[str, Any], ...] = tuple({} for _ in range(n_agents))
+        self.schedules = ScheduleValues({})
         self.step_sizes: FloatArray = np.zeros((n_agents, n_actions))
         self.streams = tuple(stream(child(sequence, agent)) for agent in range(n_agents))
         longest = min(max_episode_steps or LONGEST_TRAJECTORY, LONGEST_TRAJECTORY)
@@ -89,10 +82,35 @@ class TrainingState:
         window = tensor_step.every if tensor_step is not None and tensor_step.needs_decomposition else 0
         self.logs: tuple[ChangeLog, ...] = tuple(empty_log(n_states, n_actions, window) for _ in range(n_agents))
         self.history = EpisodeHistory(n_agents, shares_world=len(self.worlds) < n_agents)
+        self.go_on_by(rules)
         self.tensor_step = None if tensor_step is None else TensorStepState(tensor_step, initial_q, n_agents, sequence)
         self.partial: BoolArray = np.zeros(n_agents, dtype=np.bool_)  # whose latest episode was broken off
         self.diverged_at: int | None = None
         self.was_capped = False
+
+    def go_on_by(self, rules: Rules) -> None:
+        """Learn by these rules from the next episode on; what was learned stays.
+
+        Raises
+        ------
+        LearnerError
+            If two declarations have one name.
+        ImmutableError
+            If a declared array would have to become another one.
+        """
+        declarations = (*rules.declarations, *rules.policy.declare_state())
+        names = [declaration.name for declaration in declarations]
+        if len(set(names)) < len(names):
+            raise LearnerError(f"declared arrays must have different names; got {', '.join(names)}")
+        before = {declaration.name: declaration for declaration in self.declarations}
+        self.declared = tuple(
+            {d.name: carried_over(before.get(d.name), d, held.get(d.name), self.initial_q) for d in declarations}
+            for held in self.declared
+        )
+        self.declarations, self.rules = declarations, rules
+        schedules = dict(rules.schedules) | rules.policy.schedules()
+        self.schedules = self.schedules.followed_by(schedules, self.history.most_episodes)
+        self.scheduled: FloatArray = np.zeros((self.n_agents, self.schedules.n))
 
     @property
     def n_agents(self) -> int:
@@ -126,16 +144,16 @@ class TrainingState:
         """Return an agent as kernels see it, to play up to its episode `until`."""
         chunk = slice(int(self.history.finished[agent]), until)
         steps, returns = self.history.room(agent, until)
-        scheduled, declared, own = self.scheduled[agent], self.declared[agent], self.n_learner_schedules
+        scheduled, declared, own = self.scheduled[agent], self.declared[agent], len(self.rules.schedules)
         return AgentArrays(
             algorithm=make_algorithm_state(declared, scheduled[1:own]),
-            policy=self.policy.arrays(scheduled[own:], declared),
+            policy=self.rules.policy.arrays(scheduled[own:], declared),
             q=self.q[agent],
             weights=self.weights,
             step_sizes=self.step_sizes[agent],
             scheduled=scheduled,
             action_mask=action_mask,
-            settings=self.settings,
+            settings=self.rules.settings,
             log=self.logs[agent],
             record=EpisodeRecord(
                 steps, returns, self.trajectory[agent], self.schedules.values(until)[chunk], max_steps
@@ -166,6 +184,7 @@ class TrainingState:
             arrays[f"forbidden{agent}"] = ~mask
             for declaration in self.declarations:
                 arrays |= saved_state(declaration, agent, declared[declaration.name])
+        arrays |= {f"scheduled.{name}": values for name, values in self.schedules.past.items()}
         if self.tensor_step is not None:
             arrays |= {f"step.{name}": array for name, array in self.tensor_step.saved().items()}
         return arrays
@@ -183,6 +202,7 @@ class TrainingState:
                 mask[...] = ~arrays[f"forbidden{agent}"]
             for declaration in self.declarations:
                 restore_state(declaration, agent, declared[declaration.name], arrays)
+        self.schedules = self.schedules.with_past(_with_prefix("scheduled.", arrays))
         if self.tensor_step is not None:
             self.tensor_step.restore(_with_prefix("step.", arrays))
 

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 class Callback:
     """Something that is called while a learner learns.
 
-    Its methods may look at everything and change nothing. An error in one of them ends learning as Ctrl-C does: all
-    callbacks hear of the end, and the learner can go on.
+    Its methods may look at everything, and assign parameters, which are in force from the next episode. An error in
+    one of them ends learning as Ctrl-C does: all callbacks hear of the end, and the learner can go on.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """What a policy is: a strategy that gives an action and its probabilities, wherever a learner acts."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from inspect import signature
@@ -10,6 +10,7 @@ import numpy as np
 
 from tuckerl._jit import by_kind, is_ours
 from tuckerl.errors import LearnerError
+from tuckerl.problems.immutable import Immutable
 from tuckerl.training.declared_state import DeclaredArray
 from tuckerl.training.guards import guarded_choose, guarded_probabilities
 from tuckerl.training.schedules import Schedule, ScheduleValues
@@ -83,10 +84,11 @@ def check_probabilities(policy: "Policy", states: IntArray, probabilities: Float
         )
 
 
-class Policy(ABC):
+class Policy(Immutable):
     """How a learner chooses its actions.
 
-    A subclass keeps what its constructor is given as attributes of the same names, which is how they are saved.
+    A subclass keeps what its constructor is given as attributes of the same names, which is how they are saved. A
+    policy does not change once it is made: to act otherwise, a learner is given another one (``agent.policy = ...``).
     """
 
     def parameters(self) -> dict[str, Any]:
