@@ -4,9 +4,23 @@ Each error is also the built-in kind it specialises, so ``except ValueError`` ke
 are a :class:`TuckerlError`. A message says what was expected, what came, and what to do next, in one sentence.
 """
 
+LONGEST_MESSAGE = 600
+"""Characters that a message has at most: what is in the middle of a longer one is left out."""
+
 
 class TuckerlError(Exception):
     """Base of all errors raised on purpose by this library."""
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*(_shortened(part) for part in args))
+
+
+def _shortened(part: object) -> object:
+    """Return a message with its beginning, which says what is wrong, and its end, which says what to do."""
+    if not isinstance(part, str) or len(part) <= LONGEST_MESSAGE:
+        return part
+    end = LONGEST_MESSAGE // 3
+    return f"{part[: LONGEST_MESSAGE - end - 5]} ... {part[-end:]}"
 
 
 class ParameterError(TuckerlError, ValueError):

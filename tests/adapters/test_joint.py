@@ -442,20 +442,21 @@ def test_environments_that_forget_an_agent_are_refused(part: int, message: str) 
 
 
 @pytest.mark.parametrize("part", [2, 3])
-def test_agents_that_stay_after_their_end_are_refused(part: int) -> None:
+def test_agents_that_stay_after_their_end_are_not_looked_at(part: int) -> None:
     env = started(Meeting())
-    original = env.env.step
+    original, passed = env.env.step, list[dict[str, Any]]()
 
     def step(actions: dict[str, Any]) -> Any:
-        result = original(actions)
+        passed.append(actions)
+        result = original({"west": 1, **actions})
         result[part]["west"] = True
         return result
 
     env.env.step = step
-    with pytest.raises(
-        ProblemError, match="west has terminated or was truncated: Meeting must take it out of its list"
-    ):
-        env.step((0, 0))
+    env.step((0, 0))
+    assert env.env.agents == ["west", "east"], "it goes on to list west"
+    env.step((0, 0))
+    assert [list(actions) for actions in passed] == [["west", "east"], ["east"]]
 
 
 @pytest.mark.parametrize("env", [gymnasium.make("FrozenLake-v1"), "tuckerl/RobotRescue-v0", None, Meeting])

@@ -34,3 +34,13 @@ def test_every_one_is_documented_and_of_a_built_in_kind() -> None:
         assert kind.__doc__
         built_in = [base for base in kind.__mro__ if base.__module__ == "builtins" and base not in (Exception, object)]
         assert [base for base in built_in if base is not BaseException and base is not Warning], kind
+
+
+@pytest.mark.parametrize("error", [errors.ParameterError, errors.OutputError, errors.MissingExtraError])
+def test_no_message_is_longer_than_can_be_read(error: type[errors.TuckerlError]) -> None:
+    said = f"it must be this; got {'x' * 10_000}: do that instead"
+    message = str(error(said))
+    assert len(message) <= errors.LONGEST_MESSAGE
+    assert message.startswith("it must be this; got xxx")
+    assert message.endswith("xxx: do that instead")
+    assert str(error("short")) == "short"

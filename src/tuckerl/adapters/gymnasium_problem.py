@@ -17,6 +17,7 @@ from tuckerl.adapters.making import GymEnvironment
 from tuckerl.adapters.masks import MASK, MASK_IS_LATE
 from tuckerl.adapters.python_problem import AgentSpaces, PythonProblem
 from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
+from tuckerl.adapters.step_results import ENDS, ends_of, reset_result
 from tuckerl.adapters.team import Team
 from tuckerl.errors import ProblemError
 from tuckerl.interrupts import is_impatient
@@ -223,12 +224,14 @@ class GymnasiumWorld(PythonWorld):
         actions: Any = [spaces.actions.decode(a) for a in range(n)] if few else _Decoded(spaces.actions)
 
         def call(action: int) -> int:
+            result = None
             try:
                 if action < 0:
                     return self._begin_episode()
                 if is_impatient():
                     raise KeyboardInterrupt
-                observation, reward_of[0], terminated, truncated, info = step(actions[action])
+                result = step(actions[action])
+                observation, reward_of[0], terminated, truncated, info = result
                 if reads:
                     observation, mask = read(observation, info)
                     state = encode(observation)
@@ -237,16 +240,19 @@ class GymnasiumWorld(PythonWorld):
                     if info and info.get(MASK) is not None:
                         raise ProblemError(MASK_IS_LATE)
                     state = encode(observation)
-                return state << STATE_SHIFT | (TERMINATED if terminated else 0) | (TRUNCATED if truncated else 0)
+                try:
+                    return state << STATE_SHIFT | ENDS[terminated, truncated]
+                except (KeyError, TypeError):
+                    return state << STATE_SHIFT | ends_of(terminated, truncated)
             except BaseException as error:  # noqa: BLE001  # raised again when the kernel has returned
-                return self.fail(error)
+                return self.fail(error, result)
 
         return call
 
     def _begin_episode(self) -> int:
         if self.is_late:
             return YIELD
-        observation, info = self.seeds.reset()
+        observation, info = reset_result(self.seeds.reset())
         self.arrays.truncated[0] = False
         state, mask = self.problem.spaces[0].encode(observation, info)
         self.note_mask(0, state, mask)

@@ -14,8 +14,10 @@ from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
+from tuckerl.adapters.making import TURNS
 from tuckerl.adapters.masks import MASK, MaskReader
-from tuckerl.checks import check_name
+from tuckerl.adapters.step_results import as_flag, check_reward, reset_result, step_result
+from tuckerl.checks import check_name, shown
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.types import BoolArray
 
@@ -78,10 +80,7 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
 
     def __init__(self, env: ParallelEnv, reward: str = "mean") -> None:
         if not isinstance(env, ParallelEnv):
-            raise ParameterTypeError(
-                f"env must be a PettingZoo parallel environment (pettingzoo.utils.aec_to_parallel turns one that moves "
-                f"agent by agent into one); got {env!r}"
-            )
+            raise ParameterTypeError(f"env must be a PettingZoo parallel environment ({TURNS}); got {shown(env)}")
         self.env = env
         self.possible_agents = agents_of(env)
         if reward not in self.possible_agents:
@@ -95,6 +94,7 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
         self.metadata = {"render_modes": [], **getattr(env, "metadata", {})}
         self.render_mode = getattr(env, "render_mode", None)
         self._live: tuple[Any, ...] = ()
+        self._left: set[Any] = set()
         self._seen: dict[Any, Any] = {}
         self._masks: dict[Any, BoolArray | None] = {}
         self._widths: dict[Any, int] = {}  # of the masks that came in this episode
@@ -110,8 +110,8 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
             If no agent is there, an unknown one is, or one of ``possible_agents`` is not observed.
         """
         super().reset(seed=seed)
-        self._live, self._seen, self._masks, self._widths = (), {}, {}, {}
-        observations, infos = self.env.reset(seed=seed, options=options)
+        self._live, self._left, self._seen, self._masks, self._widths = (), set(), {}, {}, {}
+        observations, infos = reset_result(self.env.reset(seed=seed, options=options))
         live = self._live_agents()
         if not live:
             raise ProblemError(f"{self.env} must have agents after its reset; its list `agents` is empty")
@@ -140,19 +140,16 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
         ParameterError
             If it is not one action for each agent.
         ProblemError
-            If the environment breaks PettingZoo's rules: an agent is unknown, not observed, without a reward, or still
-            there after its end.
+            If the environment breaks PettingZoo's rules: an agent is unknown, not observed or without a reward. One
+            that is still reported after its end is not looked at.
         """
         acted = self._live
         if not acted:
             raise ResetNeeded("call reset() before step(): no episode is under way")
-        observations, rewards, terminations, truncations, infos = self.env.step(self._actions(action))
+        observations, rewards, *ends, infos = step_result(self.env.step(self._actions(action)))
+        terminations, truncations = ({agent: as_flag("an end", end) for agent, end in one.items()} for one in ends)
+        self._left |= {agent for agent in acted if terminations.get(agent) or truncations.get(agent)}
         self._live = live = self._live_agents()
-        for agent in live:
-            if terminations.get(agent) or truncations.get(agent):
-                raise ProblemError(
-                    f"{agent} has terminated or was truncated: {self.env} must take it out of its list `agents`"
-                )
         self._see((*acted, *(agent for agent in live if agent not in acted)), observations, infos)
         reward = self._reward(acted, rewards)
         if live:
@@ -174,7 +171,8 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
         return f"<JointEnv<{self.env}>>"
 
     def _live_agents(self) -> tuple[Any, ...]:
-        live = tuple(self.env.agents)  # environments change their list in place
+        # Environments change their list in place, and some go on to report who has left.
+        live = tuple(agent for agent in self.env.agents if agent not in self._left)
         for agent in live:
             if agent not in self.readers:
                 known = ", ".join(map(str, self.possible_agents))
@@ -225,6 +223,8 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
 
     def _reward(self, acted: Sequence[Any], rewards: Mapping[Any, float]) -> float:
         try:
+            for agent in acted:
+                check_reward(rewards[agent])
             paid = {agent: float(rewards[agent]) for agent in acted}
         except KeyError as error:
             raise ProblemError(f"{self.env} must return a reward of every agent; none came of {error}") from error

@@ -9,7 +9,7 @@ from typing import Any, Protocol, cast
 import gymnasium
 import pettingzoo
 
-from tuckerl.checks import check_name
+from tuckerl.checks import check_name, shown
 from tuckerl.errors import ParameterTypeError, ProblemError, TuckerlError, UnknownNameError
 
 GymEnvironment = gymnasium.Env[Any, Any]
@@ -56,14 +56,33 @@ def made_of(env: Any, name: str) -> tuple[Any, Callable[[], Any] | None]:
     made = env if make is None else make()
     if isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
         return made, make
+    hint = _hint(made)
     if make is not None:
         raise ParameterTypeError(
-            f"the callable must make a Gymnasium environment or a PettingZoo parallel environment; it made {made!r}"
+            "the callable must make a Gymnasium environment or a PettingZoo parallel environment; it made "
+            f"{shown(made)}{hint}"
         )
     raise ParameterTypeError(
         f"{name} must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that "
-        f"makes one, a TabularMDP, a Simulator or a Maze; got {env!r}"
+        f"makes one, a TabularMDP, a Simulator or a Maze; got {shown(env)}{hint}"
     )
+
+
+TURNS = (
+    "pettingzoo.utils.aec_to_parallel turns one that moves agent by agent into one, turn_based_aec_to_parallel where "
+    "only one agent acts at a time"
+)
+
+
+def _hint(made: Any) -> str:
+    """Return what to do with an environment of another kind."""
+    if isinstance(made, pettingzoo.AECEnv):
+        return f", which moves agent by agent: {TURNS}"
+    if isinstance(made, gymnasium.vector.VectorEnv):
+        return ", a vector environment: pass the id of a single one, or what makes it, and n_agents for several"
+    if any(kind.__module__.partition(".")[0] == "gym" for kind in type(made).__mro__):
+        return ", of the older package gym: shimmy's gymnasium.make('GymV26Environment-v0', env=env) makes it one"
+    return ""
 
 
 def name_of(env: Any) -> str:
@@ -98,7 +117,15 @@ def make_environment(name: str, keywords: Mapping[str, Any] = MappingProxyType({
                     f"cannot make {name}: its module {module} imports {error.name}, which is not installed: install it"
                 ) from error
             raise UnknownNameError(f"unknown environment {name!r}: there is no module {module!r} to import") from error
-    check_name("environment", plain, {*gymnasium.registry, *pettingzoo.parallel_registry})
+    known = {*gymnasium.registry, *pettingzoo.parallel_registry}
+    if plain in pettingzoo.aec_registry and plain not in known:
+        raise ProblemError(f"{plain} moves agent by agent, and learners play a parallel environment: {TURNS}")
+    # As PettingZoo's users write them: rps_v2 for classic/rps-v2.
+    tails = {one.rpartition("/")[2]: one for one in sorted(known)}
+    meant = tails.get(plain.rpartition("/")[2].replace("_", "-"))
+    if plain not in known and meant is not None:
+        raise UnknownNameError(f"unknown environment {shown(plain)}: did you mean {meant!r}?")
+    check_name("environment", plain, known)
     try:
         if plain in gymnasium.registry:
             return gymnasium.make(plain, disable_env_checker=True, **keywords)

@@ -13,10 +13,11 @@ from tuckerl.adapters.joint import agents_of
 from tuckerl.adapters.masks import observation_part
 from tuckerl.adapters.python_problem import AgentSpaces, Edges, PythonProblem
 from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
+from tuckerl.adapters.step_results import check_reward, ends_of, reset_result, step_result
 from tuckerl.errors import ObservationError, ParameterError, ProblemError
 from tuckerl.interrupts import is_impatient
 from tuckerl.problems.action_masks import shown
-from tuckerl.problems.dynamics import TERMINATED, TRUNCATED, register_shared_dynamics
+from tuckerl.problems.dynamics import TERMINATED, register_shared_dynamics
 from tuckerl.problems.parts import NO_LIMIT
 from tuckerl.problems.problem import Choose
 from tuckerl.spaces.encoder import n_dimensions
@@ -196,6 +197,7 @@ class PettingZooWorld(PythonWorld):
         super().__init__(problem, env)
         n = len(problem.agents)
         self._places = {agent: place for place, agent in enumerate(problem.agents)}
+        self._met: set[Any] = set()  # who has acted in this episode
         self._callback, address = python_callback(self._call)
         self.arrays = PettingZooArrays(
             call=address,
@@ -224,9 +226,10 @@ class PettingZooWorld(PythonWorld):
     def _begin_episode(self) -> int:
         if self.is_late:
             return YIELD
-        observations, infos = self.seeds.reset()
+        observations, infos = reset_result(self.seeds.reset())
         if not observations:
             raise ProblemError("there must be agents after the reset; it returned no observations")
+        self._met.clear()
         self.arrays.playing[:] = False
         self.arrays.reward[:] = 0.0
         for agent, observation in observations.items():
@@ -241,16 +244,19 @@ class PettingZooWorld(PythonWorld):
             for agent, place in self._places.items()
             if arrays.playing[place]
         }
-        observations, rewards, terminations, truncations, infos = self.env.step(chosen)
+        observations, rewards, terminations, truncations, infos = step_result(self.env.step(chosen))
         arrays.end[:] = 0
         for agent in chosen:
             place = self._places[agent]
+            check_reward(rewards[agent])
             arrays.reward[place] = rewards[agent]
-            arrays.end[place] = TERMINATED if terminations[agent] else TRUNCATED if truncations[agent] else 0
+            end = ends_of(terminations[agent], truncations[agent])
+            arrays.end[place] = TERMINATED if end & TERMINATED else end
             if agent in observations or arrays.end[place] == 0:  # who has left need not see anything more
                 self._note(agent, observations[agent], infos.get(agent) or {})
-        if not set(observations) <= set(chosen):
-            late = sorted(map(str, set(observations) - set(chosen)))
+        self._met.update(chosen)
+        if not set(observations) <= self._met:  # who has left and is still reported is not looked at
+            late = sorted(map(str, set(observations) - self._met))
             raise ProblemError(f"agents must be there from an episode's beginning; {', '.join(late)} came later")
 
     def _note(self, agent: Any, observation: Any, info: Any) -> None:

@@ -15,7 +15,7 @@ from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.problems.parts import STEP_CAP, StateFactor
 from tuckerl.problems.problem import GIVE_ENV, Arrays, Choose, Header, Problem
 from tuckerl.spaces.description import Description, describe_numbers, describe_space, digest
-from tuckerl.spaces.encoder import SpaceEncoder, digit_names, space_encoder, space_encoder_of_edges
+from tuckerl.spaces.encoder import SpaceEncoder, check_countable, digit_names, space_encoder, space_encoder_of_edges
 from tuckerl.types import BoolArray, FloatArray
 
 _FEW_EDGES = 16  # dimensions whose edges a file describes one by one
@@ -63,12 +63,14 @@ class AgentSpaces:
         of = "" if agent is None else f" of {agent}"
         self._observation_space = observation_space
         self.read = MaskReader(observation_space, action_space)
+        check_countable(action_space, what=f"action{of}")
         # Actions first: where they are continuous, advice about bins would not help.
         self.actions: SpaceEncoder = space_encoder(action_space, what=f"action{of}")
         space, what = self.read.observation_space, f"observation{of}"
         if isinstance(bins, Edges):
             self.observations: SpaceEncoder = space_encoder_of_edges(space, bins.by_agent.get(place, ()), what=what)
         else:
+            check_countable(space, bins, what=what)
             self.observations = space_encoder(space, bins, what=what)
 
     def description(self) -> Description:

@@ -11,6 +11,7 @@ import numpy as np
 from tuckerl._jit import kernel
 from tuckerl.adapters.masks import MASK_IS_LATE
 from tuckerl.adapters.seeding import EpisodeSeeds
+from tuckerl.adapters.step_results import check_step, reset_result
 from tuckerl.errors import EnvironmentFaultError, ObservationError, ProblemError
 from tuckerl.problems.dynamics import WorldArrays
 from tuckerl.problems.worlds import World
@@ -108,8 +109,7 @@ class EnvironmentCopies:
             If reset raises anything else.
         """
         try:
-            observation, info = self.first.reset(seed=0)
-            return look(observation, info)
+            return look(*reset_result(self.first.reset(seed=0)))
         except (ObservationError, ProblemError):
             raise
         except Exception as error:  # whatever an environment raises
@@ -138,8 +138,16 @@ class PythonWorld(World):
         self._error: BaseException | None = None
         self._deadline = math.inf
 
-    def fail(self, error: BaseException) -> int:
-        """Keep an error for `raise_pending`; return the callback's answer that makes the kernel return."""
+    def fail(self, error: BaseException, result: Any = None) -> int:
+        """Keep an error for `raise_pending`; return the callback's answer that makes the kernel return.
+
+        Where `result`, which a step returned, is none that steps return, that is the error.
+        """
+        if isinstance(error, (TypeError, ValueError)) and result is not None:
+            try:
+                check_step(result)
+            except ProblemError as better:
+                error = better
         self._error = error
         return FAULT
 

@@ -2,34 +2,58 @@
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, overload
 
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Discrete
 
-from tuckerl.adapters.making import maker_of
+from tuckerl.adapters.joint import agents_of
+from tuckerl.adapters.making import GymEnvironment, Made, ParallelEnvironment, made_of
+from tuckerl.adapters.masks import MaskReader
+from tuckerl.adapters.step_results import reset_result, step_result
 from tuckerl.checks import check_int
-from tuckerl.errors import ObservationError, ParameterTypeError, SpaceError
+from tuckerl.errors import ObservationError, SpaceError
 from tuckerl.rng import child, seed_sequence
 from tuckerl.spaces.bins import MOST_BINS, bin_entries
-from tuckerl.types import FloatArray, Seed
+from tuckerl.types import BoolArray, FloatArray, Seed
+
+
+@overload
+def quantile_edges(
+    env: GymEnvironment | Callable[[], GymEnvironment],
+    bins: int | Sequence[int],
+    *,
+    steps: int = ...,
+    seed: Seed = ...,
+) -> tuple[FloatArray, ...]: ...
+
+
+@overload
+def quantile_edges(
+    env: str | ParallelEnvironment | Callable[[], ParallelEnvironment],
+    bins: int | Sequence[int],
+    *,
+    steps: int = ...,
+    seed: Seed = ...,
+) -> Any: ...
 
 
 def quantile_edges(
-    env: str | gymnasium.Env[Any, Any] | Callable[[], gymnasium.Env[Any, Any]],
+    env: str | Made | Callable[[], Made],
     bins: int | Sequence[int],
     *,
     steps: int = 10_000,
     seed: Seed = 0,
-) -> tuple[FloatArray, ...]:
+) -> tuple[FloatArray, ...] | dict[Any, tuple[FloatArray, ...]]:
     """Play at random and return the edges between which what was observed falls evenly.
 
     Parameters
     ----------
     env
-        A Gymnasium environment that observes a Box: its id, an instance, or a callable that makes one. An instance is
-        reset and left where the last step led, its action space reseeded; one that is made here is closed.
+        A Gymnasium environment that observes a Box, or a PettingZoo parallel environment of which some agents do: its
+        id, an instance, or a callable that makes one. An instance is reset and left where the last step led, its action
+        spaces reseeded; one that is made here is closed.
     bins : int or sequence of int
         How many bins each dimension gets, or one number for each, in C order.
     steps : int
@@ -41,7 +65,8 @@ def quantile_edges(
     -------
     tuple of float64 arrays
         The inner edges of each dimension, for ``bins=``. Equal quantiles become one edge, and an edge that nothing
-        lies below is left out: a dimension with few different values gets fewer bins, a constant one a single bin.
+        lies below is left out: a dimension with few different values gets fewer bins, a constant one a single bin. Of a
+        PettingZoo environment, a dict of such tuples, by agent that observes a Box.
 
     Raises
     ------
@@ -63,24 +88,37 @@ def quantile_edges(
     """
     check_int("steps", steps, 1)
     sequence = seed_sequence(seed)
-    make = maker_of(env)
-    made: Any = env if make is None else make()
-    if not isinstance(made, gymnasium.Env):
-        raise ParameterTypeError(
-            f"env must be a Gymnasium environment, the id of one, or a callable that makes one; got {made!r}"
-        )
+    made, make = made_of(env, "env")
     try:
-        space = made.observation_space
-        if not isinstance(space, Box):
-            raise SpaceError(f"quantile_edges needs an environment that observes a Box; {made} observes {space}")
-        counts = [
-            check_int(f"bins of dimension {i}", count, 1, MOST_BINS)
-            for i, count in enumerate(bin_entries(bins, math.prod(space.shape), "observation"))
-        ]
-        seen = _random_play(made, space, steps, sequence)
+        if isinstance(made, gymnasium.Env):
+            space = made.observation_space
+            if not isinstance(space, Box):
+                raise SpaceError(f"quantile_edges needs an environment that observes a Box; {made} observes {space}")
+            counts = _counts(bins, space, "observation")
+            return _edges(counts, _values(_play_alone(made, steps, sequence), space))
+        readers = {
+            agent: MaskReader(made.observation_space(agent), made.action_space(agent)) for agent in agents_of(made)
+        }
+        spaces = {agent: reader.observation_space for agent, reader in readers.items()}
+        boxes = {agent: space for agent, space in spaces.items() if isinstance(space, Box)}
+        if not boxes:
+            raise SpaceError(f"quantile_edges needs an environment of which an agent observes a Box; {made} has none")
+        counts_of = {agent: _counts(bins, space, f"observation of {agent}") for agent, space in boxes.items()}
+        seen = _play_together(made, readers, steps, sequence)
+        return {agent: _edges(counts_of[agent], _values(seen[agent], space)) for agent, space in boxes.items()}
     finally:
         if make is not None:
             made.close()
+
+
+def _counts(bins: int | Sequence[int], space: Box, what: str) -> list[int]:
+    """Return how many bins each dimension gets."""
+    entries = bin_entries(bins, math.prod(space.shape), what)
+    return [check_int(f"bins of dimension {i}", count, 1, MOST_BINS) for i, count in enumerate(entries)]
+
+
+def _edges(counts: list[int], seen: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the edges between equal parts of what was seen, (observations, dimensions)."""
     edges = []
     for count, values in zip(counts, seen.T, strict=True):
         quantiles = np.unique(np.quantile(values, np.arange(1, count) / count))
@@ -88,20 +126,51 @@ def quantile_edges(
     return tuple(edges)
 
 
-def _random_play(env: gymnasium.Env[Any, Any], space: Box, steps: int, sequence: np.random.SeedSequence) -> FloatArray:
-    """Return what is observed, (observations, dimensions)."""
+def _play_alone(env: gymnasium.Env[Any, Any], steps: int, sequence: np.random.SeedSequence) -> list[Any]:
+    """Return what is observed."""
     env_seed, action_seed = (int(child(sequence, i).generate_state(1)[0]) for i in range(2))
     env.action_space.seed(action_seed)
-    observation, info = env.reset(seed=env_seed)
+    observation, info = reset_result(env.reset(seed=env_seed))
     seen = [observation]
     for _ in range(steps):
         masked = isinstance(env.action_space, Discrete) and "action_mask" in info
         action = env.action_space.sample(np.asarray(info["action_mask"], np.int8) if masked else None)
-        observation, _, terminated, truncated, info = env.step(action)
+        observation, _, terminated, truncated, info = step_result(env.step(action))
         seen.append(observation)
         if terminated or truncated:
-            observation, info = env.reset()
+            observation, info = reset_result(env.reset())
             seen.append(observation)
+    return seen
+
+
+def _play_together(
+    env: Any, readers: dict[Any, MaskReader], steps: int, sequence: np.random.SeedSequence
+) -> dict[Any, list[Any]]:
+    """Return what each agent observes, without the masks in it."""
+    for place, agent in enumerate(readers):
+        env.action_space(agent).seed(int(child(sequence, 1, place).generate_state(1)[0]))
+    observations, infos = reset_result(env.reset(seed=int(child(sequence, 0).generate_state(1)[0])))
+    seen: dict[Any, list[Any]] = {agent: [] for agent in readers}
+    for _ in range(steps):
+        masks = {}
+        for agent, observation in observations.items():
+            part, masks[agent] = readers[agent](observation, infos.get(agent) or {})
+            seen[agent].append(part)
+        actions = {agent: _sample(env.action_space(agent), masks.get(agent)) for agent in env.agents}
+        observations, _, _, _, infos = step_result(env.step(actions))
+        if not env.agents:
+            for agent, observation in observations.items():
+                seen[agent].append(readers[agent](observation, infos.get(agent) or {})[0])
+            observations, infos = reset_result(env.reset())
+    return seen
+
+
+def _sample(space: gymnasium.Space[Any], mask: BoolArray | None) -> Any:
+    return space.sample(mask.astype(np.int8)) if mask is not None and isinstance(space, Discrete) else space.sample()
+
+
+def _values(seen: list[Any], space: Box) -> FloatArray:
+    """Return what was observed as numbers, (observations, dimensions)."""
     for observation in seen:
         if np.shape(observation) != space.shape:
             raise ObservationError(f"observation must have the shape of {space}; got shape {np.shape(observation)}")

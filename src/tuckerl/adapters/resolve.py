@@ -218,9 +218,11 @@ def _carried_problem(env: GymEnvironment) -> Problem | None:
     """Return the transitions that an environment carries."""
     if _is_altered(env):
         return None
-    problem = getattr(env, "mdp", None) or getattr(env, "simulator", None)
-    is_known = isinstance(problem, Problem) and problem.is_compiled
-    return problem if is_known else extract_transition_table(env)
+    for name in ("mdp", "simulator"):  # an attribute of that name may be something else
+        problem = getattr(env, name, None)
+        if isinstance(problem, Problem) and problem.is_compiled:
+            return problem
+    return extract_transition_table(env)
 
 
 def _refuse_compiled(options: AdapterOptions, source: str) -> None:

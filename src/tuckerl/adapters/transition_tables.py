@@ -102,7 +102,17 @@ def _table(env: gymnasium.Env[Any, Any]) -> _Table | None:
         return None
     if _length(pairs) > n_states or any(_length(_entry(pairs, s)) > n_actions for s in range(n_states)):
         return None
-    return _Table(env, pairs, starts, n_states, n_actions)
+    table = _Table(env, pairs, starts, n_states, n_actions)
+    return None if _is_of_another_kind(table) else table
+
+
+def _is_of_another_kind(table: _Table) -> bool:
+    """Return whether what is called P says something, but nowhere by outcomes of four parts."""
+    pairs = ((s, a) for s in range(table.n_states) for a in range(table.n_actions))
+    entries = [entry for s, a in pairs if (entry := _entry(_entry(table.pairs, s), a)) is not None]
+    listed = [entry for entry in entries if isinstance(entry, (list, tuple, np.ndarray))]
+    has_outcomes = any(isinstance(one, (tuple, list)) and len(one) == 4 for entry in listed for one in entry)
+    return bool(entries) and not has_outcomes
 
 
 def _size(env: gymnasium.Env[Any, Any], name: str) -> int | None:

@@ -15,12 +15,12 @@ EncodeFunction = Callable[[Any], int]
 
 
 def number_encoder(low: int, size: int, with_care: EncodeFunction) -> EncodeFunction:
-    """Return the encoder of whole numbers from `low` up: ints, NumPy's ints and arrays of one such, but no bools."""
+    """Return the encoder of whole numbers from `low` up: ints, bools, NumPy's ints and arrays of one such."""
 
     def encode(value: Any) -> int:
         try:
             digit = index(value) - low
-            if 0 <= digit < size and type(value) is not bool:
+            if 0 <= digit < size:
                 return digit
         except TypeError:
             pass

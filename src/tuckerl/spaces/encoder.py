@@ -21,8 +21,9 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Dict, Discrete, MultiBinary, MultiDiscrete, Tuple
 
+from tuckerl.checks import shown
 from tuckerl.errors import ParameterError, ParameterTypeError, SpaceError
-from tuckerl.spaces.bins import Bins, box_bounds, box_edges, value_edges
+from tuckerl.spaces.bins import Bins, bin_entries, box_bounds, box_edges, value_edges
 from tuckerl.spaces.encoder_kinds import BinnedEncoder, ProductEncoder, SpaceEncoder, WholeNumberEncoder
 from tuckerl.types import FloatArray
 
@@ -86,6 +87,54 @@ def space_encoder(space: gymnasium.Space[Any], bins: Bins | None = None, *, what
         f"{what} must be a Discrete, MultiDiscrete, MultiBinary or Box of Gymnasium, or a Tuple or Dict of these; "
         f"got {space!r}"
     )
+
+
+MOST_BITS = 63
+"""The logarithm of the number of members beyond which no table has a row for each."""
+
+
+def check_countable(space: gymnasium.Space[Any], bins: Any = None, *, what: str = "observation") -> None:
+    """Refuse a space whose members are too many for any table, such as images, before anything is made of it.
+
+    Parameters
+    ----------
+    space, bins, what
+        See :func:`space_encoder`.
+
+    Raises
+    ------
+    SpaceError
+        If that is so: it says how many there are, and what to do.
+    ParameterError, ParameterTypeError
+        If `bins` does not fit the space.
+    """
+    bits = _bits(space, bins, what)
+    if bits > MOST_BITS:
+        raise SpaceError(
+            f"{what} {space} has about 10^{bits * math.log10(2):.0f} members with bins={shown(bins)}, more than a "
+            "table has rows: give few bins (bins=, or those of tuckerl.quantile_edges(env, bins)) to the dimensions "
+            "that matter and one to all others, or observe less, for example by gymnasium.wrappers.TransformObservation"
+        )
+
+
+def _bits(space: gymnasium.Space[Any], bins: Any, what: str) -> float:
+    """Return the logarithm to the base of 2 of the number of members, 0 for a space that has no numbers yet."""
+    if isinstance(space, (Tuple, Dict)):
+        bins_of = _bins_of_parts(space, bins, what)
+        return sum(_bits(part, bins_of[key], f"{what}[{key!r}]") for key, part in _parts(space).items())
+    if isinstance(space, Box):
+        if bins is None:
+            if space.dtype.kind not in "iub":
+                return 0.0  # it needs bins: its encoder says so
+            return float(np.log2(space.high.astype(np.float64) - space.low + 1.0).sum())
+        entries = bin_entries(bins, math.prod(space.shape), what)
+        sizes = [entry if isinstance(entry, Integral) else np.size(entry) + 1 for entry in entries]
+        return sum(math.log2(max(int(size), 1)) for size in sizes)
+    if isinstance(space, MultiDiscrete):
+        return float(np.log2(space.nvec.astype(np.float64)).sum())
+    if isinstance(space, MultiBinary):
+        return math.prod(space.shape)
+    return math.log2(int(space.n)) if isinstance(space, Discrete) else 0.0
 
 
 def space_encoder_of_edges(

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import gymnasium
 import numpy as np
-from gymnasium.spaces import Box, Dict, Discrete, Tuple
+from gymnasium.spaces import Box, Dict, Discrete, MultiBinary, Tuple
 from numpy.typing import NDArray
 
 from tuckerl.checks import check_int, refuse_mask, shown
@@ -156,7 +156,7 @@ class ArrayEncoder(SpaceEncoder):
         array = self._array(value)
         if array is None or array.shape != self._shape or not self._valid(array.reshape(1, -1))[0]:
             raise self._refused(value)
-        return self.encode(array)
+        return _joined(map(int, self._digits(array.reshape(1, -1))[0]), self.sizes, 0)
 
     def _numbers(self, values: Any) -> IntArray:
         array = self._array(values)
@@ -204,8 +204,9 @@ class WholeNumberEncoder(ArrayEncoder):
         self._low_row, self._high_row = np.array(self._lows, self._wide), np.array(highs, self._wide)
         self._is_number = isinstance(space, Discrete)
         if self._is_number:
-            self._kinds = "iu"
             self._expected = f"a whole number from {self._lows[0]} to {highs[0]}"
+        if isinstance(space, MultiBinary):  # which contains any array of zeros and ones
+            self._kinds = "biuf"
         self.encode = self._encoder()
 
     def _encoder(self) -> EncodeFunction:
@@ -215,7 +216,7 @@ class WholeNumberEncoder(ArrayEncoder):
 
     def _valid(self, rows: NDArray[Any]) -> BoolArray:
         valid: BoolArray = np.all((self._low_row <= rows) & (rows <= self._high_row), axis=1)
-        return valid
+        return valid if rows.dtype.kind != "f" else valid & np.all(rows == np.floor(rows), axis=1)
 
     def _digits(self, rows: NDArray[Any]) -> IntArray:
         return (rows.astype(self._wide) - self._low_row).astype(np.int64)
