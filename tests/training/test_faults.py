@@ -217,14 +217,14 @@ def test_an_error_after_a_reward_that_was_not_finite_is_not_taken_for_one() -> N
 @pytest.mark.parametrize(
     ("answer", "message"),
     [
-        (lambda s, r, *rest: (s, None, *rest), "TypeError: .*NoneType"),
-        (lambda s, r, *rest: (s, "much", *rest), "TypeError: "),
+        (lambda s, r, *rest: (s, None, *rest), "ProblemError: a reward must be one number; .* paid None"),
+        (lambda s, r, *rest: (s, "much", *rest), "ProblemError: a reward must be one number; .* paid 'much'"),
         (lambda s, r, *rest: (6, r, *rest), "ObservationError: observation must be a whole number from 0 to 5"),
         (lambda s, r, *rest: (-1, r, *rest), "ObservationError: "),
         (lambda s, r, *rest: (1.5, r, *rest), "ObservationError: "),
         (lambda s, r, *rest: (np.array([1, 2]), r, *rest), "ObservationError: "),
         (lambda s, r, *rest: (None, r, *rest), "ObservationError: "),
-        (lambda s, r, *rest: (s, r), "ValueError: not enough values"),
+        (lambda s, r, *rest: (s, r), "ProblemError: step must return"),
         (lambda s, r, a, b, info: (s, r, a, b, {"action_mask": [1, 1, 0]}), "must give one in its reset, too"),
     ],
 )
