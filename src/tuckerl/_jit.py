@@ -13,6 +13,7 @@ import hashlib
 import math
 import os
 import tempfile
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -72,16 +73,20 @@ _OPTIONS: Any = {
 }
 
 
+_FOLDER_LOCK = threading.RLock()
+
+
 @contextmanager
 def _our_cache_folder() -> Iterator[None]:
     # Numba reads the folder when caching is switched on; other packages' kernels must not move with ours.
     config: Any = numba_config
-    before = config.CACHE_DIR
-    config.CACHE_DIR = _CACHE_FOLDER or before
-    try:
-        yield
-    finally:
-        config.CACHE_DIR = before
+    with _FOLDER_LOCK:  # or one thread would take the other's folder for what was there before
+        before = config.CACHE_DIR
+        config.CACHE_DIR = _CACHE_FOLDER or before
+        try:
+            yield
+        finally:
+            config.CACHE_DIR = before
 
 
 def is_ours(thing: Any) -> bool:

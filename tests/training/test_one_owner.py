@@ -3,6 +3,7 @@
 import copy
 import pickle
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,12 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from numba.core import config as numba_config
 from threadpoolctl import threadpool_info
 
 from tests.learners.worlds import random_mdp
 from tests.training.test_resume import assert_same
-from tuckerl import DynaH, QLearning, TensorStep
+from tuckerl import DynaH, QLearning, TensorStep, _jit
 from tuckerl.errors import EnvironmentFaultError, LearnerInUseError
 from tuckerl.training.learner import Learner
 
@@ -137,12 +139,26 @@ def side_by_side(*learn: Callable[[], object]) -> None:
 
 
 def test_learners_that_share_a_problem_learn_side_by_side() -> None:
+    make().learn(10)  # which loads the libraries
     before = [library["num_threads"] for library in threadpool_info()]
     learners = [make(seed) for seed in range(4)]
     side_by_side(*(lambda one=one: one.learn(100) for one in learners))
     for seed, learner in enumerate(learners):
         assert_same(learner, make(seed).learn(100))
     assert [library["num_threads"] for library in threadpool_info()] == before
+
+
+def test_simulators_are_compiled_side_by_side() -> None:
+    config: Any = numba_config
+    before = config.CACHE_DIR
+
+    def enter() -> None:
+        for _ in range(50):
+            with _jit._our_cache_folder():
+                time.sleep(0.0001)
+
+    side_by_side(*[enter] * 4)
+    assert before == config.CACHE_DIR
 
 
 def test_learners_in_python_learn_side_by_side() -> None:
