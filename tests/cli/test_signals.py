@@ -81,8 +81,15 @@ def test_an_ignored_ctrl_c_stays_ignored_and_an_end_that_is_asked_for_is_heard()
     Mood.left, Mood.act = 60, lambda: signal.raise_signal(signal.SIGINT)
     assert status_of(*TRAIN) == 0
     assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    Mood.left, Mood.act = 60, lambda: signal.raise_signal(signal.SIGTERM)
+    went_on: list[bool] = []
+
+    def terminated() -> None:
+        signal.raise_signal(signal.SIGTERM)
+        went_on.append(True)  # it waits for the end of the episode, as Ctrl-C does
+
+    Mood.left, Mood.act = 60, terminated
     assert status_of(*TRAIN, "--overwrite") == 130
+    assert went_on
     assert Path("agent/agent.tuckerl").exists()
 
 

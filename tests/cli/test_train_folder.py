@@ -1,5 +1,6 @@
 """What `tuckerl train` finds in its folder is believed only after it was checked."""
 
+import hashlib
 import json
 import os
 import re
@@ -30,6 +31,10 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 def contents(folder: str) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
+
+
+def digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def change_run(folder: str, **entries: object) -> None:
@@ -77,9 +82,15 @@ def test_a_folder_that_another_training_made_just_now_is_refused(
 def test_the_end_is_believed_only_with_an_agent_that_has_come_to_it(capsys: pytest.CaptureFixture[str]) -> None:
     assert status_of(*LAKE, "whole", "--checkpoint", "10") == 0
     shutil.copytree("whole", "lake")
-    early = tuckerl.QLearning("FrozenLake-v1", alpha=0.2, seed=0).learn(20)
-    early.save("lake/agent.tuckerl")
+    early_file = Path("early.tuckerl")
+    tuckerl.QLearning("FrozenLake-v1", alpha=0.2, seed=0).learn(20).save(early_file)
+    shutil.copy(early_file, "lake/agent.tuckerl")
     change_run("lake", saved=None)  # as an older version wrote it, or by hand
+    assert status_of(*LAKE, "lake") == 0
+    assert contents("lake") == contents("whole")
+    digests = {"agent.tuckerl": digest(early_file), "history.parquet": digest(Path("lake/history.parquet"))}
+    shutil.copy(early_file, "lake/agent.tuckerl")
+    change_run("lake", saved=digests)
     assert status_of(*LAKE, "lake") == 0
     assert contents("lake") == contents("whole")
     Path("lake/agent.tuckerl").unlink()
