@@ -195,6 +195,24 @@ def _call_address(typing_context: Any, address: Any, argument: Any) -> Any:
     return numba_types.int64(numba_types.int64, numba_types.int64), generate
 
 
+@intrinsic
+def _expect_false(typing_context: Any, condition: Any) -> Any:
+    """Let LLVM put what follows from a condition out of the way."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        bit = ir.IntType(1)
+        expect = builder.module.declare_intrinsic("llvm.expect", (bit,), ir.FunctionType(bit, [bit, bit]))
+        return builder.call(expect, [arguments[0], bit(0)])
+
+    return numba_types.boolean(numba_types.boolean), generate
+
+
+@kernel
+def is_rare(condition: bool) -> bool:
+    """Return the condition itself, which is hardly ever true: kernels lose less time with it."""
+    return _expect_false(condition)  # type: ignore[call-arg]  # as kernels see it
+
+
 _Callback = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)
 
 
@@ -235,6 +253,10 @@ if _INTERPRETED:
     def call_python(address: int, argument: int) -> int:
         """Call a Python function as a kernel does."""
         return int(_Callback(address)(argument))
+
+    def is_rare(condition: bool) -> bool:
+        """Return the condition itself."""
+        return condition
 
 
 def compiled_function(function: Callable[..., Any], role: str) -> Any:

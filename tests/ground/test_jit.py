@@ -92,7 +92,8 @@ from tuckerl.learners.q_learning import QLearningState
 
 def choose(state):
     nothing, none = np.zeros(0), np.zeros(0, dtype=np.int64)
-    record = EpisodeRecord(none, nothing, none, np.zeros((0, 1)), 0)
+    path, stop = np.zeros((2, 1), dtype=np.int64), np.zeros(1, dtype=np.int64)
+    record = EpisodeRecord(none, nothing, path, np.zeros((0, 1)), 0, 0, stop, 0)
     mask, stream = np.zeros((0, 0), dtype=np.bool_), np.ones(4, dtype=np.uint64)
     table = np.array([[1.0, 3.0, 2.0]])
     settings = Settings(0.9, 0.0, True)

@@ -119,7 +119,9 @@ def agent_of(
         else np.asarray(action_mask, dtype=np.bool_),
         settings=Settings(gamma=0.95, terminal_discount=0.0, random_ties=random_ties),
         log=empty_log(q.shape[0], q.shape[1], 0),
-        record=EpisodeRecord(none, np.zeros(0), none, np.zeros((0, 1)), 0),
+        record=EpisodeRecord(
+            none, np.zeros(0), np.zeros((2, 1), np.int64), np.zeros((0, 1)), 0, 0, np.zeros(1, np.int64), 0
+        ),
         rng=stream(seed_sequence(seed)),
         fault=np.zeros(4),
     )

@@ -103,7 +103,7 @@ class Alike(QLearning):
 
     def __init__(self, env: Any, **parameters: Any) -> None:
         super().__init__(env, **parameters)
-        self._state.streams = tuple(self._state.streams[0].copy() for _ in self._state.streams)
+        self._state.streams = [self._state.streams[0].copy() for _ in self._state.streams]
 
 
 class Peeks(QLearning):

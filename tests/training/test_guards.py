@@ -117,11 +117,9 @@ def test_what_an_algorithms_kernels_must_not_do_stops_learning(slip: int, messag
         learner.learn(3)
     assert learner.episodes == 0
     assert learner.diverged_at is None
-    assert learner.has_partial_episode
     assert not learner.q.any()
     learner.left[0] = 1000  # its author has put it right
     assert learner.learn(3).episodes == 3
-    assert not learner.has_partial_episode
 
 
 def test_an_error_at_an_episodes_end_is_one_too() -> None:

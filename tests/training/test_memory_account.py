@@ -33,7 +33,9 @@ def test_the_account_is_what_a_learner_has(kind: type[Any]) -> None:
         assert declared_bytes(declaration, 37, 2) == bytes_of(made.declared[0][declaration.name]), declaration.name
     parts = {part.name: part.n_bytes for part in learner_parts(made.problem, 3, STEP, declarations)}
     assert parts["Q-tables"] == made.q.nbytes
-    assert parts["trajectories"] == made._state.trajectory.nbytes
+    assert parts["trajectories"] == 3 * 2 * made._state.latest_trajectory(0).nbytes
+    undo = [log.stamp.nbytes + log.undo_state.nbytes + log.undo_row.nbytes for log in made.change_logs]
+    assert parts["what is kept to undo an episode"] == sum(undo)
     assert parts["changes of a window"] == sum(log.state.nbytes + log.row.nbytes for log in made.change_logs)
     assert parts["tensor of a window"] == 37 * 2 * 7 * 3 * 8
 
@@ -83,7 +85,7 @@ def test_nothing_is_allocated_before(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(memory, "available_memory", lambda: 30_000)
     monkeypatch.setattr(learner_module, "TrainingState", allocates)
-    with pytest.raises(TableSizeError, match=r"QLearning would take [\d,]+ bytes of memory \(Q-tables 48,000 bytes"):
+    with pytest.raises(TableSizeError, match=r"QLearning would take [\d,]+ bytes of memory \(.*Q-tables 48,000 bytes"):
         QLearning(problem, n_agents=3)
 
 

@@ -139,16 +139,14 @@ def test_an_error_is_raised_as_it_is_and_learning_goes_on(in_update: bool, step:
     assert function.n_calls == place, "it is not called again before learn() has raised its error"
     assert learner.episodes == 3, "the fourth was broken off"
     assert learner.diverged_at is None
-    assert learner.has_partial_episode
-    assert not learner.is_saveable
-    assert learner.trajectories[0].size == 0
+    assert learner.is_saveable
+    assert learner.trajectories[0].size == learner.steps[-1, 0] + 1
     np.testing.assert_array_equal(learner.steps, whole.steps[:3])
     learner.learn(6)
     assert learner.episodes == 9
-    assert not learner.has_partial_episode
-    assert learner.is_saveable
     assert learner.trajectories[0].size == learner.steps[-1, 0] + 1
-    assert learner.kept("ended") == [[9, 1]], "an episode that is broken off ends, too"
+    assert learner.kept("ended") == [[9, 0]], "an episode that is broken off has never been"
+    np.testing.assert_array_equal(learner.q, whole.q)
     if step is not None:
         assert learner.tensor_step_history.episode.tolist() == [5]
 
@@ -156,19 +154,17 @@ def test_an_error_is_raised_as_it_is_and_learning_goes_on(in_update: bool, step:
 @pytest.mark.parametrize("in_update", [False, True])
 def test_an_agent_that_falls_behind_by_an_error_catches_up(in_update: bool) -> None:
     # All agents have one function; the second agent's first call fails.
-    first = int(Studies(PROBLEM, function=Fails(), seed=1).learn(4).steps.sum())
-    function = Fails(first + 1 if in_update else 5)
+    first = int(Studies(PROBLEM, function=Fails(), seed=1).learn(1).steps.sum())
+    function = Fails(first + 1 if in_update else 2)
     learner = Studies(PROBLEM, function=function, in_update=in_update, n_agents=3, seed=1)
     with pytest.raises(NoRoadError):
         learner.learn(4)
-    assert learner.history.finished.tolist() == [4, 0, 0]
+    assert learner.history.finished.tolist() == [1, 0, 0], "agents take turns where no episode can be played twice"
     assert not learner.in_sync
-    assert learner.has_partial_episode
-    learner.learn(1)
+    learner.learn(4)
     assert learner.in_sync
-    assert not learner.has_partial_episode
     assert learner.history.finished.tolist() == [4, 4, 4]
-    assert learner.kept("ended") == [[4, 0], [4, 1], [4, 0]]
+    assert learner.kept("ended") == [[4, 0], [4, 0], [4, 0]]
 
 
 def test_of_agents_in_one_world_every_one_hears_of_the_error() -> None:
@@ -177,11 +173,9 @@ def test_of_agents_in_one_world_every_one_hears_of_the_error() -> None:
     with pytest.raises(NoRoadError):
         learner.learn(3)
     assert learner.episodes == 1
-    assert learner.has_partial_episode
-    assert learner.kept("ended") == [[2, 1], [1, 1], [1, 1]], "the first had left already"
+    assert learner.kept("ended") == [[1, 0]] * 3, "the first had left already, and plays again"
     learner.learn(2)
     assert learner.steps.tolist() == [[1, 2, 3]] * 3
-    assert not learner.has_partial_episode
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, ZeroDivisionError])

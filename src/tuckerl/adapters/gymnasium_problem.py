@@ -20,7 +20,7 @@ from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, Py
 from tuckerl.adapters.step_results import ENDS, ends_of, reset_result
 from tuckerl.adapters.team import Team
 from tuckerl.errors import ProblemError
-from tuckerl.interrupts import is_impatient
+from tuckerl.interrupts import is_impatient, may_raise_interrupts
 from tuckerl.problems.dynamics import TERMINATED, TRUNCATED, register_dynamics
 from tuckerl.problems.parts import NO_LIMIT, StateFactor
 from tuckerl.problems.problem import Choose
@@ -223,6 +223,7 @@ class GymnasiumWorld(PythonWorld):
         few = n <= _FEW_ACTIONS
         actions: Any = [spaces.actions.decode(a) for a in range(n)] if few else _Decoded(spaces.actions)
 
+        @may_raise_interrupts
         def call(action: int) -> int:
             result = None
             try:
@@ -252,6 +253,7 @@ class GymnasiumWorld(PythonWorld):
     def _begin_episode(self) -> int:
         if self.is_late:
             return YIELD
+        self.before_episode()
         observation, info = reset_result(self.seeds.reset())
         self.arrays.truncated[0] = False
         state, mask = self.problem.spaces[0].encode(observation, info)

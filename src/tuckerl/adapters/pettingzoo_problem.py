@@ -15,7 +15,7 @@ from tuckerl.adapters.python_problem import AgentSpaces, Edges, PythonProblem
 from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
 from tuckerl.adapters.step_results import check_reward, ends_of, reset_result, step_result
 from tuckerl.errors import ObservationError, ParameterError, ProblemError
-from tuckerl.interrupts import is_impatient
+from tuckerl.interrupts import is_impatient, may_raise_interrupts
 from tuckerl.problems.action_masks import shown
 from tuckerl.problems.dynamics import TERMINATED, register_shared_dynamics
 from tuckerl.problems.parts import NO_LIMIT
@@ -212,6 +212,7 @@ class PettingZooWorld(PythonWorld):
             max_episode_steps=problem.max_episode_steps or NO_LIMIT,
         )
 
+    @may_raise_interrupts
     def _call(self, what: int) -> int:
         try:
             if what == _BEGIN:
@@ -226,6 +227,7 @@ class PettingZooWorld(PythonWorld):
     def _begin_episode(self) -> int:
         if self.is_late:
             return YIELD
+        self.before_episode()
         observations, infos = reset_result(self.seeds.reset())
         if not observations:
             raise ProblemError("there must be agents after the reset; it returned no observations")

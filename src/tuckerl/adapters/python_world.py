@@ -135,6 +135,7 @@ class PythonWorld(World):
         self._own_masks = [table[:, : own.actions.n] for table, own in pairs]
         for table, own in zip(self.action_masks, self._own_masks, strict=True):
             table[:, own.shape[1] :] = False
+        self._masks_before: dict[tuple[int, int], BoolArray] = {}  # the rows that changed since `keep`
         self._error: BaseException | None = None
         self._deadline = math.inf
 
@@ -165,7 +166,10 @@ class PythonWorld(World):
             If the first reset gave no mask.
         """
         if self.problem.has_masks:
-            self._own_masks[table][state] = True if mask is None else mask
+            row = self._own_masks[table][state]
+            if (table, state) not in self._masks_before:
+                self._masks_before[table, state] = row.copy()
+            row[:] = True if mask is None else mask
         elif mask is not None:
             raise ProblemError(MASK_IS_LATE)
 
@@ -177,8 +181,19 @@ class PythonWorld(World):
         """Make the next kernel return at the first end of an episode after so many seconds."""
         self._deadline = time.monotonic() + seconds
 
+    def keep(self) -> None:
+        """Remember the environment's seeds and generator, and the masks that were seen."""
+        self.seeds.keep()
+        self._masks_before.clear()
+
+    def undo(self) -> None:
+        """Go back to where `keep` was called; what else an environment remembers of an episode stays."""
+        self.seeds.undo()
+        for (table, state), mask in self._masks_before.items():
+            self._own_masks[table][state] = mask
+
     def raise_pending(self) -> None:
-        """Raise the error that made the latest kernel return, if any, and forget it: a new episode can begin.
+        """Raise the error that made the latest kernel return, if any, and forget it.
 
         Raises
         ------
@@ -198,7 +213,7 @@ class PythonWorld(World):
             what = f"paid a reward that is not finite ({', '.join(map(str, self.arrays.reward))})"
         raise EnvironmentFaultError(
             f"{self.source} {what} {self.seeds.where(int(self.arrays.clock[0]))}; what was learned before is kept, and "
-            "learn() goes on with a new episode"
+            "learn() plays this episode again"
         ) from error
 
     def close(self) -> None:

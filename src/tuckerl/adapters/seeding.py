@@ -22,6 +22,7 @@ class EpisodeSeeds:
         self.sequence = seed_sequence(0)
         self._n_resets = 0
         self._seed: int | None = None  # the latest that was given
+        self._kept: tuple[int, int | None, Any] = 0, None, None
 
     def follow(self, original: "EpisodeSeeds") -> None:
         """Go on as those of an environment do of which this one is a copy."""
@@ -38,6 +39,18 @@ class EpisodeSeeds:
     def _seeded(self, number: int) -> tuple[Any, Any]:
         self._seed = int(child(self.sequence, number).generate_state(1)[0])
         return self._env.reset(seed=self._seed)
+
+    def keep(self) -> None:
+        """Remember what the next reset depends on, for `undo`."""
+        generator = generator_of(self._env) if self._n_resets else None
+        self._kept = self._n_resets, self._seed, None if generator is None else generator.bit_generator.state
+
+    def undo(self) -> None:
+        """Let the next reset be the one that followed `keep`."""
+        self._n_resets, self._seed, held = self._kept
+        generator = generator_of(self._env)
+        if held is not None and generator is not None:
+            generator.bit_generator.state = held
 
     def where(self, step: int) -> str:
         """Return the place of a step for a message: its number, episode and seed."""

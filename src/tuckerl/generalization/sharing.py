@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from tuckerl.errors import ParameterError
 from tuckerl.generalization.answers import real_array
+from tuckerl.interrupts import may_raise_interrupts
 from tuckerl.registers import load
 from tuckerl.types import FloatArray, IntArray
 
@@ -114,6 +115,7 @@ def share_tables(q: FloatArray, mixture: FloatArray, states: IntArray | None) ->
 def custom_sharing(function: ShareFunction) -> SharingRule:
     """Return a user's function as a rule whose result is checked."""
 
+    @may_raise_interrupts
     def mix(context: ShareContext) -> FloatArray | None:
         n_agents = context.agent_norms.size
         answer: object = function(context)

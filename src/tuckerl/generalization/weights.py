@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from tuckerl.checks import refuse_mask
 from tuckerl.errors import ParameterError
 from tuckerl.generalization.answers import real_array
+from tuckerl.interrupts import may_raise_interrupts
 from tuckerl.registers import load
 from tuckerl.tensor import TuckerDecomposition
 from tuckerl.types import FloatArray
@@ -121,6 +122,7 @@ WEIGHTINGS = {
 def custom_weighting(function: WeightFunction) -> Weighting:
     """Return a user's function as a weighting whose result is checked."""
 
+    @may_raise_interrupts
     def weigh(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
         answer = function(_decomposed(decomposition))
         weights = real_array("what the weights function returns", answer)

@@ -20,7 +20,7 @@ from tuckerl.learners.q_learning import move_towards_target
 from tuckerl.problems.immutable import read_only
 from tuckerl.problems.parts import check_heuristic
 from tuckerl.rng import below
-from tuckerl.training.agent_arrays import AgentArrays, Settings, Transition
+from tuckerl.training.agent_arrays import AgentArrays, Settings, Transition, must_stop
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.declared_state import Declaration, DeclaredArray
 from tuckerl.training.greedy_actions import maxima, random_maximum
@@ -106,7 +106,9 @@ def plan(model: DynaHState, agent: AgentArrays, start: int) -> float:
         The sum of the new values: not finite if one of them is not.
     """
     state, total, rng = start, 0.0, agent.rng
-    for _ in range(model.n_steps):
+    for number in range(model.n_steps):
+        if must_stop(agent.record, number):
+            break
         if model.search_control == SearchControl.RESTART:
             state = start
         elif model.search_control == SearchControl.RANDOM:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.generalization.change_log import ChangeLog, record_change
+from tuckerl.generalization.change_log import ChangeLog, keep_row, record_change
 from tuckerl.types import FloatArray, IntArray, StateArray
 
 _NEW_EPOCH_BELOW = 1e-8
@@ -74,9 +74,10 @@ class Traces(NamedTuple):
         self.synced[slots], self.epoch[slots] = 0.0, 0
 
     def clear(self) -> None:
-        """Forget all traces."""
+        """Forget all traces, also in the middle of an episode."""
         slots = slice(1, self.cursor[ROWS] + 1)
-        self.slot[self.state[slots]], self.constant[slots], self.cursor[ROWS] = 0, 0.0, 0
+        self.slot[self.state[slots]], self.constant[slots], self.cursor[:] = 0, 0.0, 0
+        self.clock[:] = 1.0, 0.0, 0.0
 
 
 def empty_traces(n_states: int, n_actions: int, decay: Decay) -> Traces:
@@ -194,7 +195,7 @@ def learn(
         return np.isfinite(q[state, action])
     if traces.decay.factor < _FAST_DECAY:
         sync_row(traces, q, step_sizes, log, state)
-    _visit(traces, q, step_sizes, state, action)
+    _visit(traces, q, step_sizes, log, state, action)
     clock = traces.clock
     change = delta * clock[PHI]
     total = clock[DELTA] + change
@@ -210,7 +211,7 @@ def learn(
 
 
 @kernel
-def _visit(traces: Traces, q: FloatArray, step_sizes: FloatArray, state: int, action: int) -> None:
+def _visit(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeLog, state: int, action: int) -> None:
     """Give a pair its trace, and its entry such a value that catching up with its row stays right for it.
 
     Parameters
@@ -220,9 +221,12 @@ def _visit(traces: Traces, q: FloatArray, step_sizes: FloatArray, state: int, ac
         Changed at the pair.
     step_sizes : (A,) float64
         Alpha times omega.
+    log : ChangeLog
+        Where the row is kept; that it changes is recorded when it catches up.
     state, action : int
         The pair.
     """
+    keep_row(log, state)
     slot = traces.slot[state]
     if slot == 0:
         traces.cursor[ROWS] += 1

@@ -316,6 +316,16 @@ def _check_functions(functions: Functions) -> None:
 class SimulatorWorld(World):
     """One agent's copy of a simulator."""
 
+    def keep(self) -> None:
+        """Remember the simulator's state."""
+        self._kept = self.arrays.state.copy()
+
+    def undo(self) -> None:
+        """Bring the simulator's state back, in arrays that a function which has not returned does not know."""
+        self.arrays = self.arrays._replace(
+            state=self._kept.copy(), fault=np.zeros_like(self.arrays.fault), clock=np.zeros(1)
+        )
+
     def raise_pending(self) -> None:
         """Raise the first impossible thing that a function returned, and forget it.
 

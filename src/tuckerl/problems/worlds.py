@@ -1,5 +1,6 @@
 """One agent's copy of a problem: what its kernel reads, and what only Python knows of it."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,11 @@ class World:
         What kernels read.
     action_masks : tuple of (S, A) bool
         For each table that is learned in this world: True where an action may be taken, or (0, 0) where all may.
+    before_episode : callable
+        What a world that Python steps calls when an episode begins: going back to there is the learner's part.
     """
+
+    before_episode: Callable[[], None] = staticmethod(lambda: None)
 
     def __init__(self, arrays: NamedTuple, action_masks: tuple[BoolArray, ...] = (_NOTHING,)) -> None:
         self.arrays: Any = arrays
@@ -29,6 +34,12 @@ class World:
 
     def set_deadline(self, seconds: float) -> None:
         """Make the next kernel return at the first end of an episode after so many seconds, if it calls Python."""
+
+    def keep(self) -> None:
+        """Remember this point between two episodes, for `undo`."""
+
+    def undo(self) -> None:
+        """Go back to where `keep` was called, also where a call of a kernel was given up that still runs."""
 
     def raise_pending(self) -> None:
         """Raise the error that made the latest kernel return, if any, and forget it: a new episode can begin."""

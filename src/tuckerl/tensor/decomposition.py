@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike
 
 from tuckerl.checks import check_int, check_real, refuse_mask
 from tuckerl.errors import ParameterTypeError, RankWarning, TensorError
+from tuckerl.interrupts import is_impatient
 from tuckerl.tensor.modes import Floats, fold, multiply_mode, unfold
 from tuckerl.tensor.ranks import Ranks, check_ranks, clip_ranks
 from tuckerl.tensor.singular import (
@@ -254,6 +255,8 @@ def _iterate(X: Floats, factors: list[Floats], tol: float, max_iterations: int) 
         core = multiply_mode(core, factor.T, mode)
     fit = _fit(X, core, factors)
     for iteration in range(1, max_iterations + 1):
+        if is_impatient():  # Ctrl-C waits where a learner decomposes
+            raise KeyboardInterrupt
         core, factors = _sweep(X, factors)
         before, fit = fit, _fit(X, core, factors)
         if abs(fit - before) < tol:

@@ -5,12 +5,17 @@ Sizes: S states, A actions, E episodes of one kernel call, K numbers that follow
 
 from typing import Any, NamedTuple
 
-from tuckerl._jit import kernel
+from tuckerl._jit import call_python, is_rare, kernel
 from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
 
 ALPHA = 0
 """Where the learning rate stands among the scheduled numbers; the algorithm's own follow, then the policy's."""
+
+AFTER_EPISODE, AT_ONCE = 1, 2
+"""When a kernel is to return: at the end of the episode; or at once, and all since the call began is undone."""
+
+_LOW_BITS = 2**16 - 1  # of a count of steps: where all are set, Python is asked
 
 
 class Settings(NamedTuple):
@@ -26,9 +31,12 @@ class EpisodeRecord(NamedTuple):
 
     steps: IntArray  # (E,)
     returns: FloatArray  # (E,) undiscounted
-    trajectory: IntArray  # (T + 1,) the states of the latest episode in order, as many as fit
+    trajectory: IntArray  # (2, T + 1) the states of the two latest episodes in order, as many as fit, by turns
     scheduled: FloatArray  # (E, K) each episode's learning rate and other scheduled numbers
     max_steps: int  # no further episode begins after so many steps
+    first: int  # number of the first of these episodes among all of the agent's
+    stop: IntArray  # (1,) 0, `AFTER_EPISODE` or `AT_ONCE`, set from outside while the kernel runs
+    listen: int  # the address of a Python function that may set `stop`; 0 where another thread does
 
 
 class AgentArrays(NamedTuple):
@@ -77,10 +85,10 @@ def begin_episode(agent: AgentArrays, episode: int) -> None:
 
 
 @kernel
-def record_state(record: EpisodeRecord, step: int, state: int) -> None:
-    """Keep the state after `step` steps of this episode, if ``record.trajectory`` (T + 1,) has room for it."""
-    if step < record.trajectory.size:
-        record.trajectory[step] = state
+def record_state(record: EpisodeRecord, episode: int, step: int, state: int) -> None:
+    """Keep the state after `step` steps of an episode, if ``record.trajectory`` (2, T + 1) has room for it."""
+    if step < record.trajectory.shape[1]:
+        record.trajectory[(record.first + episode) & 1, step] = state
 
 
 @kernel
@@ -88,3 +96,18 @@ def record_episode(record: EpisodeRecord, episode: int, steps: int, total: float
     """Keep an episode's steps and return in ``record.steps`` (E,) and ``record.returns`` (E,)."""
     record.steps[episode] = steps
     record.returns[episode] = total
+
+
+@kernel
+def must_stop(record: EpisodeRecord, n_done: int) -> bool:
+    """Return whether a kernel that has far to go is to return at once, whatever it leaves behind.
+
+    Parameters
+    ----------
+    record : EpisodeRecord
+    n_done : int
+        How many steps, real or planned, the caller has done: now and then Python is asked, so that it hears Ctrl-C.
+    """
+    if is_rare(n_done & _LOW_BITS == _LOW_BITS) and record.listen != 0:
+        call_python(record.listen, 0)
+    return is_rare(record.stop[0] == AT_ONCE)

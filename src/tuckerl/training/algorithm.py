@@ -64,8 +64,8 @@ def register_algorithm(
     act : kernel ``(algorithm, agent, state) -> action``, optional
         Chooses an action that ``agent.action_mask`` allows, or returns `NOT_FINITE`. Default: the policy does.
     end_episode : kernel ``(algorithm, agent, finished) -> bool``, optional
-        Called at the end of an episode, with `finished` False where an error breaks it off; returns whether the tables
-        are finite. Default: nothing to do.
+        Called at the end of an episode, with `finished` False where a value is not finite any more; returns whether
+        the tables are finite. Default: nothing to do. An episode that an error breaks off is undone instead.
     on_policy : bool
         Whether the next action is chosen before the update, which learns from it (also after a truncation, whose value
         is bootstrapped), as in SARSA. Otherwise it is chosen after the update, as in Q-learning.

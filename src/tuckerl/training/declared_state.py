@@ -49,7 +49,7 @@ class DeclaredArray:
         ``"none"``, each agent keeps its own.
     shape : tuple
         Whole numbers, ``"states"`` or ``"actions"``. Of an array whose first axis is the states, only rows may change
-        that the kernels record by `record_change`.
+        that the kernels have recorded by `record_change` before; any other is copied at every call of a kernel.
     dtype
     initial : float
         What it is filled with; None fills it with the learner's `initial_q`, for which the shape must be (S, A).
@@ -82,9 +82,14 @@ class DeclaredArray:
         return (self.shape, np.dtype(self.dtype))
 
     @property
+    def is_by_state(self) -> bool:
+        """Whether it has a row for each state, which changes only where the kernels record it."""
+        return self.shape[:1] == ("states",)
+
+    @property
     def is_shared_by_rows(self) -> bool:
         """Whether agents share only those rows that were recorded as changed."""
-        return self.share in ("by_entry", "by_row") and self.shape[:1] == ("states",)
+        return self.share in ("by_entry", "by_row") and self.is_by_state
 
     def create(self, initial_q: FloatArray) -> np.ndarray:
         """Return the array of one agent; `initial_q` is (S, A)."""

@@ -1,5 +1,6 @@
 """Episodes apart from learning, and what they say of a policy."""
 
+import math
 import warnings
 from typing import Any, NamedTuple
 
@@ -12,6 +13,7 @@ from tuckerl.memory import check_memory
 from tuckerl.rng import child, stream
 from tuckerl.training.agent_arrays import EpisodeRecord
 from tuckerl.training.guards import raise_fault
+from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.loop import play, play_together
 from tuckerl.training.memory_account import evaluation_parts
 from tuckerl.training.prediction import Predictor
@@ -60,12 +62,15 @@ def evaluate(
     world.seed(child(sequence, 0))
     steps, returns = np.zeros((n_agents, episodes), dtype=np.int64), np.zeros((n_agents, episodes))
     scheduled = np.zeros((episodes, 1))
+    call = KernelCall(calls_python=not problem.is_compiled, seconds=math.inf)
     agents = tuple(
         predictor.agent(
             i,
             deterministic,
             action_mask=world.action_masks[i],
-            record=EpisodeRecord(steps[i], returns[i], np.zeros(1, dtype=np.int64), scheduled, _ALL),
+            record=EpisodeRecord(
+                steps[i], returns[i], np.zeros((2, 1), np.int64), scheduled, _ALL, 0, call.stop, call.listen
+            ),
             rng=stream(child(sequence, i)),
         )
         for i in range(n_agents)
@@ -74,9 +79,9 @@ def evaluate(
     try:
         with interrupts_held_back(bearable=0):
             if problem.shares_world:
-                play_together(arrays, agents)
+                call.run(play_together, arrays, agents)
             else:
-                play(arrays, agents[0])
+                call.run(play, arrays, agents[0])
             world.raise_pending()
             raise_fault("evaluate", arrays, agents)
     finally:

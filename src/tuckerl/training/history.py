@@ -1,5 +1,7 @@
 """Steps and returns of the episodes of a learner's agents."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tuckerl.types import FloatArray, IntArray
@@ -68,7 +70,11 @@ class EpisodeHistory:
         chunk = slice(int(self.finished[agent]), until)
         return self._steps[agent, chunk], self._returns[agent, chunk]
 
-    def add(self, agents: list[int], n_episodes: int) -> None:
+    def steps_of(self, agents: Sequence[int], first: int) -> IntArray:
+        """Return the steps of these agents' finished episodes from the `first` on."""
+        return self._steps[agents, first : int(self.finished[agents[0]])]
+
+    def add(self, agents: Sequence[int], n_episodes: int) -> None:
         """Count `n_episodes` more that these agents have finished."""
         if agents[0] == 0:
             first = int(self.finished[0])

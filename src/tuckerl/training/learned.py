@@ -114,13 +114,8 @@ class Learned(ABC):
         return self._state.diverged_at
 
     @property
-    def has_partial_episode(self) -> bool:
-        """Whether an error has broken off the latest episode of an agent."""
-        return bool(self._state.partial.any())
-
-    @property
     def is_saveable(self) -> bool:
-        """Whether a file would hold what goes on as if it had never stopped: not diverged, no partial episode."""
+        """Whether learning can go on: no table has diverged."""
         return self._state.is_saveable
 
     @property
@@ -130,12 +125,12 @@ class Learned(ABC):
 
     @property
     def trajectories(self) -> tuple[IntArray, ...]:
-        """Each agent's states in its latest episode, a million at most; none if there is none that was whole."""
+        """Each agent's states in its latest episode, a million at most; none before all have finished one."""
         state = self._state
         if self.episodes == 0 or not (state.history.in_sync and state.is_saveable):
             return tuple(np.zeros(0, dtype=np.int64) for _ in range(self.n_agents))
         last = state.history.steps[:, -1]
-        return tuple(state.trajectory[agent, : n + 1].copy() for agent, n in enumerate(last))
+        return tuple(state.latest_trajectory(agent)[: n + 1].copy() for agent, n in enumerate(last))
 
     @property
     def scheduled_names(self) -> tuple[str, ...]:

@@ -294,8 +294,12 @@ class Learner(Copyable):
         """Play and learn more episodes with every agent.
 
         Learning 50 and then 50 equals learning 100, to the last bit. A run whose tables are not finite any more stops
-        there, with a :class:`~tuckerl.errors.DivergenceWarning`; see `diverged_at`. Ctrl-C is heard at the end of an
-        episode; pressed twice, at the next step of an environment that is stepped in Python.
+        there, with a :class:`~tuckerl.errors.DivergenceWarning`; see `diverged_at`.
+
+        Ctrl-C waits up to a second for the end of an episode, and then breaks it off; pressed twice, at once, also in
+        an environment's function that does not return. What an episode has changed that is broken off, by Ctrl-C or an
+        error, is undone, and the next call plays it again: to the same bits as if nothing had been, unless an
+        environment remembers more of it than its generator.
 
         Parameters
         ----------

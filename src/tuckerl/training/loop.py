@@ -16,9 +16,12 @@ from tuckerl.problems.dynamics import (
     step_together,
 )
 from tuckerl.training.agent_arrays import (
+    AFTER_EPISODE,
     AgentArrays,
+    EpisodeRecord,
     Transition,
     begin_episode,
+    must_stop,
     record_episode,
     record_state,
 )
@@ -39,18 +42,21 @@ def play(world: WorldArrays, agent: AgentArrays) -> int:
     Returns
     -------
     int
-        The number of episodes finished: fewer than there is room for where ``agent.record.max_steps`` was reached or
-        the world asked to return; -1 minus that number where a value was then not finite any more.
+        The number of episodes finished: fewer than there is room for where ``agent.record.max_steps`` was reached, or
+        the world or ``agent.record.stop`` asked to return; -1 minus that number where the next one was broken off,
+        because a value was not finite any more, or by an error, or because it was to stop at once.
     """
     record, settings, n_steps = agent.record, agent.settings, 0
     for episode in range(record.steps.size):
-        if n_steps >= record.max_steps:
+        if _is_enough(record, episode, n_steps):
             return episode
         state, steps, total, ended = reset(world, agent.rng), 0, 0.0, False
         if must_return(world) or strays(world, agent, state):
             return episode
+        if must_stop(record, 0):
+            return -1 - episode
         begin_episode(agent, episode)
-        record_state(record, 0, state)
+        record_state(record, episode, 0, state)
         chosen = act(agent.algorithm, agent, state)
         if chosen == NOT_FINITE:
             end_episode(agent.algorithm, agent, False)
@@ -58,9 +64,8 @@ def play(world: WorldArrays, agent: AgentArrays) -> int:
         action: Any = np.uint32(chosen)  # unsigned, as states are: a tenth of the time
         while not ended:
             next_state, reward, terminated = step(world, state, action, agent.rng)
-            if must_return(world) or strays(world, agent, next_state):
-                end_episode(agent.algorithm, agent, False)
-                return episode
+            if must_return(world) or must_stop(record, steps) or strays(world, agent, next_state):
+                return -1 - episode
             steps, total = steps + 1, total + reward
             ended = terminated or is_out_of_time(world, steps)
             discount = settings.terminal_discount if terminated else settings.gamma
@@ -70,8 +75,8 @@ def play(world: WorldArrays, agent: AgentArrays) -> int:
                 end_episode(agent.algorithm, agent, False)
                 return -1 - episode
             state, action = next_state, np.uint32(chosen)
-            record_state(record, steps, state)
-        if not end_episode(agent.algorithm, agent, True):
+            record_state(record, episode, steps, state)
+        if must_stop(record, steps) or not end_episode(agent.algorithm, agent, True):
             return -1 - episode
         record_episode(record, episode, steps, total)
         close_episode(agent.log, agent.q)
@@ -96,7 +101,7 @@ def play_together(world: WorldArrays, agents: tuple[AgentArrays, ...]) -> int:
     """
     record, n_steps = agents[0].record, 0
     for episode in range(record.steps.size):
-        if n_steps >= record.max_steps:
+        if _is_enough(record, episode, n_steps):
             return episode
         step_together(world, True)
         if must_return(world) or _stray_together(world, agents):
@@ -108,17 +113,24 @@ def play_together(world: WorldArrays, agents: tuple[AgentArrays, ...]) -> int:
         while n_playing > 0:
             step_together(world, False)
             if must_return(world) or _stray_together(world, agents):
-                _break_off(agents)
-                return episode
+                return -1 - episode
             steps += 1
             n_playing = _learn_together(world, agents, episode, steps)
             if n_playing < 0:
                 _break_off(agents)
                 return -1 - episode
+        if must_stop(record, steps):
+            return -1 - episode
         for agent in agents:
             close_episode(agent.log, agent.q)
         n_steps += steps
     return record.steps.size
+
+
+@kernel
+def _is_enough(record: EpisodeRecord, episode: int, n_steps: int) -> bool:
+    """Return whether no further episode is to begin: one is always played, unless the kernel is to return at once."""
+    return n_steps >= record.max_steps or record.stop[0] > (AFTER_EPISODE if episode == 0 else 0)
 
 
 @kernel
@@ -128,9 +140,10 @@ def _begin_together(world: WorldArrays, agents: tuple[AgentArrays, ...], episode
         agent = agents[i]
         record_episode(agent.record, episode, 0, 0.0)
         begin_episode(agent, episode)
+        record_state(agent.record, episode, 0, 0)  # of those who are not there, too
         if world.playing[i]:
             state = world.state[i]
-            record_state(agent.record, 0, state)
+            record_state(agent.record, episode, 0, state)
             action = act(agent.algorithm, agent, state)
             if action == NOT_FINITE:
                 return False
@@ -164,7 +177,7 @@ def _learn_together(world: WorldArrays, agents: tuple[AgentArrays, ...], episode
         if action == NOT_FINITE or (ended and not end_episode(agent.algorithm, agent, True)):
             return -1
         world.action[i] = action
-        record_state(agent.record, steps, next_state)
+        record_state(agent.record, episode, steps, next_state)
         record_episode(agent.record, episode, steps, agent.record.returns[episode] + reward)
         world.playing[i] = not ended
         n_playing += not ended
@@ -173,5 +186,6 @@ def _learn_together(world: WorldArrays, agents: tuple[AgentArrays, ...], episode
 
 @kernel
 def _break_off(agents: tuple[AgentArrays, ...]) -> None:
+    """End the episode of agents whose tables are not finite any more, so that these show it."""
     for agent in agents:
         end_episode(agent.algorithm, agent, False)

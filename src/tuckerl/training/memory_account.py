@@ -34,7 +34,8 @@ def learner_parts(
     longest = min(problem.max_episode_steps or LONGEST_TRAJECTORY, LONGEST_TRAJECTORY)
     parts = [
         Part("Q-tables", table, advice),
-        Part("trajectories", n_agents * (longest + 1) * _FLOAT, f"{FEWER_AGENTS}, or set max_episode_steps"),
+        Part("trajectories", n_agents * 2 * (longest + 1) * _FLOAT, f"{FEWER_AGENTS}, or set max_episode_steps"),
+        Part("what is kept to undo an episode", n_agents * _undo_bytes(problem, declarations), advice),
         Part("agents", n_agents * (_PER_AGENT + n_actions * _FLOAT), FEWER_AGENTS),
         Part("worlds", (1 if problem.shares_world else n_agents) * problem.world_bytes, advice),
         *(Part(f"{one.name!r}", n_agents * declared_bytes(one, n_states, n_actions), advice) for one in declarations),
@@ -42,6 +43,14 @@ def learner_parts(
     if tensor_step is not None and tensor_step.needs_decomposition:
         parts += _window_parts(problem, n_agents, tensor_step.every)
     return parts
+
+
+def _undo_bytes(problem: Problem, declarations: Sequence[Declaration]) -> int:
+    """Return the bytes of one agent's marks and rows, if one call of a kernel changed all that it has by states."""
+    n_states, n_actions = problem.n_states, problem.n_actions
+    by_state = [one for one in declarations if isinstance(one, DeclaredArray) and one.is_by_state]
+    declared = sum(declared_bytes(one, n_states, n_actions) for one in by_state)
+    return n_states * (2 + n_actions) * _FLOAT + declared
 
 
 def _window_parts(problem: Problem, n_agents: int, every: int) -> Iterator[Part]:

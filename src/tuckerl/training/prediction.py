@@ -22,7 +22,16 @@ FORBIDS_ALL = (
     "an action mask must allow an action in every state that is asked for; the one given or carried by the "
     "observation, or both together, allows none: correct it, or leave out the agent that has no choice"
 )
-_NO_RECORD = EpisodeRecord(np.zeros(0, np.int64), np.zeros(0), np.zeros(1, np.int64), np.zeros((0, 0)), 0)
+_NO_RECORD = EpisodeRecord(
+    steps=np.zeros(0, np.int64),
+    returns=np.zeros(0),
+    trajectory=np.zeros((2, 1), np.int64),
+    scheduled=np.zeros((0, 0)),
+    max_steps=0,
+    first=0,
+    stop=np.zeros(1, np.int64),
+    listen=0,
+)
 _ALL_ALLOWED: BoolArray = np.zeros((0, 0), dtype=np.bool_)  # not read-only: kernels are compiled once for all masks
 _NO_STREAM = np.zeros(4, dtype=np.uint64)
 

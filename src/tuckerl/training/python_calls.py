@@ -7,6 +7,7 @@ import numpy as np
 
 from tuckerl._jit import call_python, kernel, python_callback
 from tuckerl.errors import LearnerError
+from tuckerl.interrupts import is_impatient, may_raise_interrupts
 from tuckerl.types import BoolArray
 
 _LEAST, _MOST = np.iinfo(np.int64).min, np.iinfo(np.int64).max
@@ -43,8 +44,11 @@ class PythonCall:
         self._callback, address = python_callback(self._call)
         self.arrays = PythonCallArrays(address, np.zeros(1, dtype=np.bool_))
 
+    @may_raise_interrupts
     def _call(self, argument: int) -> int:
         try:
+            if is_impatient():
+                raise KeyboardInterrupt
             return self._checked(self._function(argument))
         except BaseException as error:  # noqa: BLE001  # raised again when the kernel has returned
             self._error, self.arrays.failed[0] = error, True

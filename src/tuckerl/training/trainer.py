@@ -1,8 +1,10 @@
 """Learning: kernels play windows of episodes, and the tensor step follows each window."""
 
+import math
 import sys
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from tuckerl.checks import check_int
@@ -10,9 +12,11 @@ from tuckerl.errors import ParameterError, StepCapWarning
 from tuckerl.generalization.step import TensorStepState
 from tuckerl.interrupts import interrupts_held_back
 from tuckerl.memory import check_memory
+from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.training.callbacks.base import CallbackLike, CallbackList, Goal
 from tuckerl.training.evaluation import CAPPED
 from tuckerl.training.guards import raise_fault
+from tuckerl.training.kernel_calls import SLICE, KernelCall
 from tuckerl.training.loop import play, play_together
 from tuckerl.training.memory_account import history_parts
 from tuckerl.training.one_owner import Owner
@@ -25,10 +29,8 @@ if TYPE_CHECKING:
 WINDOW = 100
 """Episodes between callbacks where there is no tensor step."""
 
-_PATIENCE = 0.25  # seconds after which a Python environment returns, at the end of an episode
 _UNLIMITED = sys.maxsize
-# Ctrl-C and callbacks wait for one call of a kernel, which costs as much as a thousand steps.
-_CHUNK, _CHUNK_STEPS = 1000, 1_000_000  # episodes without a tensor step; steps of the first agent, and its episode
+_CHUNK = 1000  # episodes of one call of a kernel without a tensor step
 
 
 class Trainer:
@@ -93,7 +95,7 @@ class Trainer:
         """Play up to an episode or until the first agent has made `max_steps` steps, or let those behind catch up."""
         state, history = self._state, self._state.history
         chunk = _CHUNK if state.tensor_step is None else state.tensor_step.step.every
-        until, max_steps = min(until, history.episodes + chunk - history.episodes % chunk), min(max_steps, _CHUNK_STEPS)
+        until = min(until, history.episodes + chunk - history.episodes % chunk)
         if not history.in_sync:
             until, max_steps = history.most_episodes, _UNLIMITED
         finite = True
@@ -107,29 +109,67 @@ class Trainer:
             if not finite:
                 state.diverged_at = history.episodes
 
-    def _play_world(self, place: int, agents: list[int], until: int, max_steps: int) -> bool:
+    def _play_world(self, place: int, agents: Sequence[int], until: int, max_steps: int) -> bool:
         """Let the agents of a world play; return whether their tables stayed finite."""
-        state, world, make = self._state, self._state.worlds[place], self._learner.algorithm_state
-        if until <= int(state.history.finished[agents[0]]):
+        state, world = self._state, self._state.worlds[place]
+        first = int(state.history.finished[agents[0]])
+        if until <= first:
             return True
-        arrays = tuple(
-            state.agent(agent, until, max_steps, world.action_masks[i], make) for i, agent in enumerate(agents)
-        )
-        world.set_deadline(_PATIENCE)
-        shared = self._learner.problem.shares_world
-        n = play_together(world.arrays, arrays) if shared else play(world.arrays, arrays[0])
-        state.history.add(agents, n if n >= 0 else -1 - n)
-        partial, state.partial[agents] = state.partial[agents] & (n == 0), True
-        errors = [error for call in self._python_calls if (error := call.take_error()) is not None]
+        is_compiled = self._learner.problem.is_compiled
+        if self._python_calls and is_compiled:
+            until = first + 1  # what such a function has done cannot be undone: no finished episode is played again
+        call = KernelCall(calls_python=bool(self._python_calls) or not is_compiled)
+        state.keep(place, agents)
+        world.before_episode = partial(state.keep, place, agents)
+        world.set_deadline(SLICE)
+        n, error = self._play_or_fail(place, agents, until, max_steps, call)
+        finished = n if n >= 0 else -1 - n
+        is_broken = error is not None or (n < 0 and call.was_stopped)
+        if is_broken:
+            self._undo(place, agents, finished)
+        state.history.add(agents, finished)
+        if error is not None:
+            raise error
+        if not is_broken:
+            self._warn_of_cap(int(state.history.steps_of(agents, first).max(initial=0)))
+        return is_broken or n >= 0
+
+    def _play_or_fail(
+        self, place: int, agents: Sequence[int], until: int, max_steps: int, call: KernelCall
+    ) -> tuple[int, BaseException | None]:
+        """Return what the kernel returned, 0 if it has not, and the error that came: in a user's function, say."""
+        n = 0
         try:
-            world.raise_pending()
-        finally:
-            if errors:
-                raise errors[0]
-        raise_fault(type(self._learner).__name__, world.arrays, arrays)
-        state.partial[agents] = partial
-        self._warn_of_cap(max(int(one.record.steps[: max(n, 0)].max(initial=0)) for one in arrays))
-        return n >= 0
+            arrays = self._arrays(place, agents, until, max_steps, call)
+            n = self._play(place, arrays, call)
+            errors = [error for own in self._python_calls if (error := own.take_error()) is not None]
+            self._state.worlds[place].raise_pending()
+            if not errors:
+                raise_fault(type(self._learner).__name__, self._state.worlds[place].arrays, arrays)
+            return n, errors[0] if errors else None
+        except BaseException as error:  # noqa: BLE001  # raised when the episode is undone
+            return n, error
+
+    def _arrays(
+        self, place: int, agents: Sequence[int], until: int, max_steps: int, call: KernelCall
+    ) -> tuple[AgentArrays, ...]:
+        masks, make = self._state.worlds[place].action_masks, self._learner.algorithm_state
+        return tuple(self._state.agent(agent, until, max_steps, masks[i], make, call) for i, agent in enumerate(agents))
+
+    def _play(self, place: int, arrays: tuple[AgentArrays, ...], call: KernelCall) -> int:
+        world = self._state.worlds[place]
+        if self._learner.problem.shares_world:
+            return call.run(play_together, world.arrays, arrays)
+        return call.run(play, world.arrays, arrays[0])
+
+    def _undo(self, place: int, agents: Sequence[int], n_finished: int) -> None:
+        """Go back to the end of the latest finished episode, as if the one after it had never begun."""
+        state = self._state
+        state.undo(place, agents)
+        if n_finished and self._learner.problem.is_compiled:  # they were undone, too, and come to the same bits
+            call = KernelCall(calls_python=False, seconds=math.inf)
+            until = int(state.history.finished[agents[0]]) + n_finished
+            self._play(place, self._arrays(place, agents, until, _UNLIMITED, call), call)
 
     def _warn_of_cap(self, longest: int) -> None:
         problem, state = self._learner.problem, self._state

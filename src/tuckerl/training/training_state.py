@@ -9,17 +9,34 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tuckerl.errors import LearnerError
-from tuckerl.generalization.change_log import ChangeLog, empty_log, restore_log, saved_log
+from tuckerl.generalization.change_log import (
+    ChangeLog,
+    begin_undo,
+    empty_log,
+    restore_log,
+    saved_log,
+    undo_changes,
+    with_tables,
+)
 from tuckerl.generalization.sharing import share_tables
 from tuckerl.generalization.step import TensorStep, TensorStepState
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
 from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
-from tuckerl.training.declared_state import Arrays, Declaration, carried_over, restore_state, saved_state, share_state
+from tuckerl.training.declared_state import (
+    Arrays,
+    Declaration,
+    DeclaredArray,
+    carried_over,
+    restore_state,
+    saved_state,
+    share_state,
+)
 from tuckerl.training.history import EpisodeHistory
+from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.policies.policy import Policy
 from tuckerl.training.schedules import Schedule, ScheduleValues
-from tuckerl.types import BoolArray, FloatArray, IntArray
+from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
 
 LONGEST_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
 
@@ -34,6 +51,14 @@ class Rules(NamedTuple):
     policy: Policy
     declarations: tuple[Declaration, ...]  # of the algorithm
     settings: Settings
+
+
+class _Kept(NamedTuple):
+    """What an agent had at a point between two episodes, besides its arrays by states."""
+
+    stream: Stream
+    arrays: Arrays
+    log: IntArray
 
 
 class TrainingState:
@@ -76,15 +101,15 @@ class TrainingState:
         self.declared: tuple[dict[str, Any], ...] = tuple({} for _ in range(n_agents))
         self.schedules = ScheduleValues({})
         self.step_sizes: FloatArray = np.zeros((n_agents, n_actions))
-        self.streams = tuple(stream(child(sequence, agent)) for agent in range(n_agents))
+        self.streams = [stream(child(sequence, agent)) for agent in range(n_agents)]
         longest = min(max_episode_steps or LONGEST_TRAJECTORY, LONGEST_TRAJECTORY)
-        self.trajectory: IntArray = np.zeros((n_agents, longest + 1), dtype=np.int64)
+        self._trajectory: IntArray = np.zeros((n_agents, 2, longest + 1), dtype=np.int64)
         window = tensor_step.every if tensor_step is not None and tensor_step.needs_decomposition else 0
         self.logs: tuple[ChangeLog, ...] = tuple(empty_log(n_states, n_actions, window) for _ in range(n_agents))
+        self._kept: dict[int, _Kept] = {}
         self.history = EpisodeHistory(n_agents, shares_world=len(self.worlds) < n_agents)
         self.go_on_by(rules)
         self.tensor_step = None if tensor_step is None else TensorStepState(tensor_step, initial_q, n_agents, sequence)
-        self.partial: BoolArray = np.zeros(n_agents, dtype=np.bool_)  # whose latest episode was broken off
         self.diverged_at: int | None = None
         self.was_capped = False
 
@@ -111,6 +136,7 @@ class TrainingState:
         schedules = dict(rules.schedules) | rules.policy.schedules()
         self.schedules = self.schedules.followed_by(schedules, self.history.most_episodes)
         self.scheduled: FloatArray = np.zeros((self.n_agents, self.schedules.n))
+        self.logs = tuple(with_tables(log, self._by_state(agent)) for agent, log in enumerate(self.logs))
 
     @property
     def n_agents(self) -> int:
@@ -135,13 +161,52 @@ class TrainingState:
 
     @property
     def is_saveable(self) -> bool:
-        """Whether no table has diverged and no error has broken off the latest episode of an agent."""
-        return self.diverged_at is None and not bool(self.partial.any())
+        """Whether no table has diverged."""
+        return self.diverged_at is None
+
+    def _by_state(self, agent: int) -> list[np.ndarray]:
+        """Return an agent's arrays that have a row for each state: what change logs bring back."""
+        declared = [d for d in self.declarations if isinstance(d, DeclaredArray) and d.is_by_state]
+        return [self.q[agent], *(self.declared[agent][declaration.name] for declaration in declared)]
+
+    def _others(self, agent: int) -> list[tuple[Declaration, Any]]:
+        """Return an agent's declared arrays that are in no change log."""
+        pairs = [(declaration, self.declared[agent][declaration.name]) for declaration in self.declarations]
+        return [(d, value) for d, value in pairs if not (isinstance(d, DeclaredArray) and d.is_by_state)]
+
+    def keep(self, world: int, agents: Sequence[int]) -> None:
+        """Remember where a world and its agents are between two episodes, for `undo`; only small arrays are copied."""
+        self.worlds[world].keep()
+        for agent in agents:
+            others = [saved_state(declaration, agent, value) for declaration, value in self._others(agent)]
+            copies = {name: array.copy() for arrays in others for name, array in arrays.items()}
+            self._kept[agent] = _Kept(self.streams[agent].copy(), copies, begin_undo(self.logs[agent]))
+
+    def undo(self, world: int, agents: Sequence[int]) -> None:
+        """Go back to where `keep` was called: what was broken off since then has never been."""
+        self.worlds[world].undo()
+        for agent in agents:
+            kept = self._kept[agent]
+            self.streams[agent] = kept.stream.copy()  # a function that has not returned may draw from the other one
+            for declaration, value in self._others(agent):
+                restore_state(declaration, agent, value, kept.arrays)
+            undo_changes(self.logs[agent], kept.log)
+
+    def latest_trajectory(self, agent: int) -> IntArray:
+        """Return the states of an agent's latest episode, and what an earlier one has left behind their end."""
+        latest: IntArray = self._trajectory[agent, (self.history.finished[agent] - 1) & 1]
+        return latest
 
     def agent(
-        self, agent: int, until: int, max_steps: int, action_mask: BoolArray, make_algorithm_state: MakeAlgorithmState
+        self,
+        agent: int,
+        until: int,
+        max_steps: int,
+        action_mask: BoolArray,
+        make_algorithm_state: MakeAlgorithmState,
+        call: KernelCall,
     ) -> AgentArrays:
-        """Return an agent as kernels see it, to play up to its episode `until`."""
+        """Return an agent as a call of a kernel sees it, to play up to its episode `until`."""
         chunk = slice(int(self.history.finished[agent]), until)
         steps, returns = self.history.room(agent, until)
         scheduled, declared, own = self.scheduled[agent], self.declared[agent], len(self.rules.schedules)
@@ -156,7 +221,14 @@ class TrainingState:
             settings=self.rules.settings,
             log=self.logs[agent],
             record=EpisodeRecord(
-                steps, returns, self.trajectory[agent], self.schedules.values(until)[chunk], max_steps
+                steps=steps,
+                returns=returns,
+                trajectory=self._trajectory[agent],
+                scheduled=self.schedules.values(until)[chunk],
+                max_steps=max_steps,
+                first=chunk.start,
+                stop=call.stop,
+                listen=call.listen,
             ),
             rng=self.streams[agent],
             fault=np.zeros(4),
@@ -173,9 +245,9 @@ class TrainingState:
 
     def to_arrays(self) -> Arrays:
         """Return all that learning changes, from which `set_arrays` goes on."""
-        # Of every agent, also of one that is ahead of others; none where an error broke off somebody's latest episode.
+        # Of every agent, also of one that is ahead of others; none where tables are not finite.
         sizes = self.history.latest_steps[:, np.newaxis] + 1 if self.is_saveable else np.zeros((1, 1), dtype=np.int64)
-        trajectory = self.trajectory[:, : sizes.max()].copy()
+        trajectory = np.stack([self.latest_trajectory(agent)[: sizes.max()] for agent in range(self.n_agents)])
         trajectory *= np.arange(trajectory.shape[1]) < sizes  # what earlier episodes left behind its end
         arrays: Arrays = {"q": self.q, "weights": self.weights, "trajectory": trajectory}
         arrays |= {"streams": np.stack(self.streams)} | self.history.to_arrays()
@@ -191,11 +263,16 @@ class TrainingState:
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from what `to_arrays` returned."""
-        self.q, self.weights = arrays["q"], arrays["weights"]
+        self.q, self.weights = np.ascontiguousarray(arrays["q"]), arrays["weights"]
         self.history.set_arrays(dict(arrays))
-        self.trajectory[:, : arrays["trajectory"].shape[1]] = arrays["trajectory"]
-        self.partial[:] = self.history.most_episodes > 0 and arrays["trajectory"].size == 0
-        self.streams = tuple(arrays["streams"])
+        for agent, states in enumerate(arrays["trajectory"]):
+            self.latest_trajectory(agent)[: states.size] = states
+        self.streams = list(arrays["streams"])
+        n_states, n_actions = self.initial_q.shape
+        self.logs = tuple(
+            with_tables(empty_log(n_states, n_actions, log.end.size), self._by_state(agent))
+            for agent, log in enumerate(self.logs)
+        )
         for agent, (log, mask, declared) in enumerate(zip(self.logs, self.action_masks, self.declared, strict=True)):
             restore_log(log, _with_prefix(f"log{agent}.", arrays))
             if mask.flags.writeable and f"forbidden{agent}" in arrays:

@@ -1,0 +1,104 @@
+"""Calls of kernels that may take long: how they hear of Ctrl-C, and how they return now and then.
+
+While a kernel runs, no handler of a signal does. So a kernel runs in a thread of its own while the caller's listens;
+or, where it calls Python anyway (an environment belongs to the thread that made it), in the caller's, asking now and
+then.
+"""
+
+import _thread
+import contextvars
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from tuckerl._jit import python_callback
+from tuckerl.interrupts import is_impatient, was_pressed_again
+from tuckerl.training.agent_arrays import AFTER_EPISODE, AT_ONCE
+from tuckerl.types import IntArray
+
+SLICE = 0.25
+"""Seconds after which a kernel returns, at the end of an episode: what is undone and played again takes no longer."""
+
+_LISTENS_EVERY = 0.05  # seconds
+_GIVES_UP_AFTER = 0.5  # seconds in which a kernel returns that can
+
+
+class KernelCall:
+    """One call of a kernel that plays episodes.
+
+    Parameters
+    ----------
+    calls_python : bool
+        Whether the kernel calls Python, and so belongs to the caller's thread.
+    seconds : float
+        After how many the kernel is asked to return at the end of an episode, where nothing in Python tells it.
+
+    Attributes
+    ----------
+    stop : (1,) int64
+        What the kernel looks at, see `EpisodeRecord`.
+    listen : int
+        The address of what it calls to hear of Ctrl-C; 0 where it need not.
+    """
+
+    def __init__(self, *, calls_python: bool, seconds: float = SLICE) -> None:
+        self.stop: IntArray = np.zeros(1, dtype=np.int64)
+        self._calls_python, self._seconds = calls_python, seconds
+        self._callback: Any = None
+        self.listen = 0
+        if calls_python:
+            self._callback, self.listen = python_callback(self._listen)
+
+    @property
+    def was_stopped(self) -> bool:
+        """Whether the kernel was to return at once, whatever it left behind."""
+        return bool(self.stop[0] == AT_ONCE)
+
+    def run(self, kernel: Callable[..., int], *arguments: Any) -> int:
+        """Return what the kernel returns.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            If a function in it does not return, and Ctrl-C was pressed again: the call is given up. Where the function
+            returns later, the kernel finds `stop` and leaves everything else alone.
+        """
+        return kernel(*arguments) if self._calls_python else self._run_beside(kernel, arguments)
+
+    def _listen(self, _: int) -> int:
+        """Set `stop` where a kernel in this thread should break off; just to be called lets Python hear of Ctrl-C."""
+        if is_impatient():
+            self.stop[0] = AT_ONCE
+        return 0
+
+    def _run_beside(self, kernel: Callable[..., int], arguments: tuple[Any, ...]) -> int:
+        answers: list[int] = []
+        errors: list[BaseException] = []
+        done = threading.Lock()
+        done.acquire()
+
+        def work() -> None:
+            try:
+                answers.append(kernel(*arguments))
+            except BaseException as error:  # noqa: BLE001  # raised again where it belongs
+                errors.append(error)
+            finally:
+                done.release()
+
+        _thread.start_new_thread(contextvars.copy_context().run, (work,))
+        begun, stopped = time.monotonic(), 0.0
+        while not done.acquire(timeout=_LISTENS_EVERY):
+            now = time.monotonic()
+            if self.was_stopped:
+                if was_pressed_again() and now > stopped + _GIVES_UP_AFTER:
+                    raise KeyboardInterrupt
+            elif is_impatient():
+                self.stop[0], stopped = AT_ONCE, now
+            elif now > begun + self._seconds:
+                self.stop[0] = AFTER_EPISODE
+        if errors:
+            raise errors[0]
+        return answers[0]
