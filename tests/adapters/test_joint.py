@@ -31,7 +31,6 @@ from tuckerl.errors import (
     ParameterError,
     ParameterTypeError,
     ProblemError,
-    SpaceError,
     UnknownNameError,
 )
 
@@ -246,9 +245,9 @@ def test_masks_of_the_wrong_length_are_refused() -> None:
         JointEnv(env).reset()
 
 
-def test_only_discrete_actions_can_be_masked() -> None:
+def test_masks_of_several_dimensions_have_an_entry_for_each_action_of_each() -> None:
     env = altered(Unequal(), tell=lambda agent: {"action_mask": [1, 1, 1]})
-    with pytest.raises(SpaceError, match=r"one for MultiDiscrete\(\[2 4\]\): leave the mask out"):
+    with pytest.raises(ObservationError, match=r"a row of 6 entries, those of 2 parts .*; got \[1, 1, 1\]"):
         JointEnv(env).reset()
 
 

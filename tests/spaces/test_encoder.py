@@ -353,10 +353,11 @@ def test_what_contains_accepts_is_encoded(space: gymnasium.Space[Any]) -> None:
         member = space.sample()
         code = encoder.encode(member)
         for form in (list, tuple, lambda one: np.asarray(one, np.float64), lambda one: np.asarray(one, np.int16), bool):
+            other = None
             with suppress(TypeError, ValueError):  # it has no such form
                 other = form(member)
-                if space.contains(other) and np.array_equal(other, member):
-                    assert encoder.encode(other) == code, form
+            if other is not None and space.contains(other) and np.array_equal(other, member):
+                assert encoder.encode(other) == code, form
 
 
 def test_sequences_and_mappings_of_other_kinds() -> None:
