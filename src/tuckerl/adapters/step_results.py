@@ -22,14 +22,17 @@ ENDS = {(a, b): (TERMINATED if a else 0) | (TRUNCATED if b else 0) for a in (Fal
 
 
 def ends_of(terminated: Any, truncated: Any) -> int:
-    """Return how an episode ended, where `ENDS` does not say: 0-d arrays, too, are True or False.
+    """Return how an episode ended, by `ENDS` where it says so; 0-d arrays, too, are True or False.
 
     Raises
     ------
     ProblemError
         If one is neither.
     """
-    return ENDS[as_flag("terminated", terminated), as_flag("truncated", truncated)]
+    try:
+        return ENDS[terminated, truncated]
+    except (KeyError, TypeError):
+        return ENDS[as_flag("terminated", terminated), as_flag("truncated", truncated)]
 
 
 def as_flag(name: str, value: Any) -> bool:
@@ -40,6 +43,8 @@ def as_flag(name: str, value: Any) -> bool:
     ProblemError
         If it is neither True nor False, 1 nor 0.
     """
+    if type(value) is bool:
+        return value
     array = np.asarray(value) if isinstance(value, (bool, int, float, np.generic, np.ndarray)) else np.empty(2)
     if array.size == 1 and array.dtype.kind in "biuf" and array.item() in (0, 1):
         return bool(array.item())
@@ -87,6 +92,8 @@ def check_reward(reward: Any) -> None:
     ProblemError
         If it is that.
     """
+    if type(reward) is float:  # as most are: NumPy would take as long as many an environment
+        return
     try:
         is_number = np.ndim(reward) == 0 and not isinstance(reward, (str, bytes))
         float(reward)
