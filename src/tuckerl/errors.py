@@ -127,5 +127,9 @@ class StepCapWarning(UserWarning):
     """An episode of an environment without a time limit was cut off."""
 
 
+class ResumeWarning(UserWarning):
+    """A learner that goes on from a file will not draw what it would have drawn without it."""
+
+
 class DivergenceWarning(RuntimeWarning):
     """A table was not finite any more, and learning was stopped there."""

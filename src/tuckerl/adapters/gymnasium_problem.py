@@ -17,7 +17,7 @@ from tuckerl.adapters.making import GymEnvironment
 from tuckerl.adapters.masks import MASK, MASK_IS_LATE
 from tuckerl.adapters.python_problem import AgentSpaces, PythonProblem
 from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
-from tuckerl.adapters.step_results import ENDS, ends_of, reset_result
+from tuckerl.adapters.step_results import ENDS, ends_of
 from tuckerl.adapters.team import Team
 from tuckerl.errors import ProblemError
 from tuckerl.interrupts import is_impatient, may_raise_interrupts
@@ -172,6 +172,9 @@ class GymnasiumProblem(PythonProblem):
         """Return all that makes this environment the one that it is, but for its code, as JSON."""
         return super().description() | ({"team reward": str(self._team_reward)} if self.agents else {})
 
+    def _declared(self, env: Any) -> list[tuple[Any, Any]]:
+        return [(env.observation_space, env.action_space)]
+
     def world(self) -> "GymnasiumWorld":
         """Return a world of its own for one agent.
 
@@ -180,7 +183,7 @@ class GymnasiumProblem(PythonProblem):
         ProblemError
             If the environment cannot be copied.
         """
-        return GymnasiumWorld(self, self._copies.take())
+        return GymnasiumWorld(self, self.copies.take())
 
     def decide(self, observation: Any, choose: Choose, action_masks: Any = None) -> Any:
         """Return the action that is chosen for an observation, or those for a batch; see `Problem.decide`.
@@ -254,7 +257,7 @@ class GymnasiumWorld(PythonWorld):
         if self.is_late:
             return YIELD
         self.before_episode()
-        observation, info = reset_result(self.seeds.reset())
+        observation, info = self.begin()
         self.arrays.truncated[0] = False
         state, mask = self.problem.spaces[0].encode(observation, info)
         self.note_mask(0, state, mask)

@@ -13,7 +13,7 @@ from tuckerl.adapters.joint import agents_of
 from tuckerl.adapters.masks import observation_part
 from tuckerl.adapters.python_problem import AgentSpaces, Edges, PythonProblem
 from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
-from tuckerl.adapters.step_results import check_reward, ends_of, reset_result, step_result
+from tuckerl.adapters.step_results import check_reward, ends_of, step_result
 from tuckerl.errors import ObservationError, ParameterError, ProblemError
 from tuckerl.interrupts import is_impatient, may_raise_interrupts
 from tuckerl.problems.action_masks import shown
@@ -140,6 +140,9 @@ class PettingZooProblem(PythonProblem):
             )
         return len(self.agents)
 
+    def _declared(self, env: Any) -> list[tuple[Any, Any]]:
+        return [(env.observation_space(agent), env.action_space(agent)) for agent in self.agents]
+
     def world(self) -> "PettingZooWorld":
         """Return a world for all agents.
 
@@ -148,7 +151,7 @@ class PettingZooProblem(PythonProblem):
         ProblemError
             If the environment cannot be copied.
         """
-        return PettingZooWorld(self, self._copies.take())
+        return PettingZooWorld(self, self.copies.take())
 
     def decide(self, observation: Any, choose: Choose, action_masks: Any = None) -> Any:
         """Return by agent the actions that are chosen for a dict of observations; see `Problem.decide`.
@@ -228,7 +231,7 @@ class PettingZooWorld(PythonWorld):
         if self.is_late:
             return YIELD
         self.before_episode()
-        observations, infos = reset_result(self.seeds.reset())
+        observations, infos = self.begin()
         if not observations:
             raise ProblemError("there must be agents after the reset; it returned no observations")
         self._met.clear()

@@ -1,5 +1,6 @@
 """What all problems that Python steps have in common: numbers for observations and actions, time limits, files."""
 
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,7 +15,7 @@ from tuckerl.adapters.python_world import EnvironmentCopies
 from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.problems.parts import STEP_CAP, StateFactor
 from tuckerl.problems.problem import GIVE_ENV, Arrays, Choose, Header, Problem
-from tuckerl.spaces.description import Description, describe_numbers, describe_space, digest
+from tuckerl.spaces.description import Description, describe_numbers, describe_space, digest, first_difference
 from tuckerl.spaces.encoder import SpaceEncoder, check_countable, digit_names, space_encoder, space_encoder_of_edges
 from tuckerl.types import BoolArray, FloatArray
 
@@ -72,6 +73,14 @@ class AgentSpaces:
         else:
             check_countable(space, bins, what=what)
             self.observations = space_encoder(space, bins, what=what)
+
+    def difference(self, observation_space: Any, action_space: Any) -> str | None:
+        """Return the first thing in which other spaces differ from these; None where none does."""
+        was = (self._observation_space, self.actions.space)
+        for what, own, now in zip(("observation", "action"), was, (observation_space, action_space), strict=True):
+            if own is not now and (found := first_difference(describe_space(own), describe_space(now), what)):
+                return found
+        return None
 
     def description(self) -> Description:
         """Return the spaces as the environment declares them, and the edges of the bins, as JSON."""
@@ -160,8 +169,8 @@ class PythonProblem(Problem):
             **parts,
         )
         self.spaces = tuple(spaces)
-        self._copies = EnvironmentCopies(env, source, make)
-        self.has_masks = self._copies.try_out(self._look)
+        self.copies = EnvironmentCopies(env, source, make)
+        self.has_masks = self.copies.try_out(self._look)
 
     def _look(self, observation: Any, info: Any) -> bool:
         """Try to number the first observation; return whether there is a mask."""
@@ -176,7 +185,7 @@ class PythonProblem(Problem):
             If one cannot be copied.
         """
         environments = [world.env for world in worlds]
-        return self._replace(_copies=self._copies.of_copies(environments, memo))
+        return self._replace(copies=self.copies.of_copies(environments, memo))
 
     @property
     def state_factors(self) -> tuple[StateFactor, ...]:
@@ -201,6 +210,15 @@ class PythonProblem(Problem):
         }
         header = {"id": self.id, "source": self.source, "sizes": self.sizes, "agents": agents}
         return header | {"description": self.description()}, arrays
+
+    def difference_of_declared(self, env: Any) -> str | None:
+        """Return the first thing in which the spaces that an environment declares now differ; None if none does."""
+        differences = (own.difference(*now) for own, now in zip(self.spaces, self._declared(env), strict=True))
+        return next((difference for difference in differences if difference), None)
+
+    @abstractmethod
+    def _declared(self, env: Any) -> list[tuple[Any, Any]]:
+        """Return the observation and action space that an environment declares for each of `spaces`."""
 
     def spaces_description(self) -> Description:
         """Return the spaces and bins, of each agent with a table of its own, as JSON."""

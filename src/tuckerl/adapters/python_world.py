@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from tuckerl._jit import kernel
+from tuckerl.adapters.alike import lost_by_copying
+from tuckerl.adapters.generators import OwnGenerators
 from tuckerl.adapters.masks import MASK_IS_LATE
 from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.adapters.step_results import check_step, reset_result
@@ -20,6 +22,8 @@ from tuckerl.types import BoolArray
 
 FAULT, YIELD, REWARD_IS_NOT_FINITE = -1, -2, -3
 """Why a kernel must return: an error was raised, it is time, a reward cannot be learned from."""
+
+_OWN = 2**32 - 1  # the child of an environment's seed for the generators of its own
 
 
 @kernel
@@ -50,6 +54,7 @@ class EnvironmentCopies:
     def __init__(self, first: Any, source: str, make: Callable[[], Any] | None) -> None:
         self.first, self.source, self._make = first, source, make
         self._spare = [first]
+        self._lost: str | None = None  # what a copy has otherwise
 
     def of_copies(self, environments: Sequence[Any], memo: dict[int, Any]) -> "EnvironmentCopies":
         """Return the environments of a copied problem: first copies of these, in the state that they are in.
@@ -59,6 +64,7 @@ class EnvironmentCopies:
         ProblemError
             If one cannot be copied.
         """
+        self._refuse_remade()
         try:
             copied = [copy.deepcopy(env, memo) for env in environments]
         except Exception as error:  # whatever a copy raises
@@ -90,6 +96,7 @@ class EnvironmentCopies:
         """
         if self._make is not None:
             return self._make()
+        self._refuse_remade()
         try:
             return copy.deepcopy(self.first)
         except Exception as error:  # whatever a copy raises
@@ -97,6 +104,19 @@ class EnvironmentCopies:
                 f"{self.source} cannot be copied for one more agent ({type(error).__name__}: {error}): pass its id, or "
                 "a callable that makes one"
             ) from error
+
+    def _refuse_remade(self) -> None:
+        """Refuse to copy an environment whose copies are others."""
+        if self._lost is not None:
+            raise ProblemError(
+                f"a copy of {self.source} is not like it (in {self._lost}), as its class says itself how it is copied: "
+                "pass its id, or a callable that makes one with all that was changed on it"
+            )
+
+    def close(self, env: Any) -> None:
+        """Close one of these, unless it is the user's own."""
+        if self._make is not None or env is not self.first:
+            env.close()
 
     def try_out(self, look: Callable[[Any, Any], bool]) -> bool:
         """Begin an episode, to find mistakes before learning begins; return what `look` says of what reset returned.
@@ -109,11 +129,13 @@ class EnvironmentCopies:
             If reset raises anything else.
         """
         try:
-            return look(*reset_result(self.first.reset(seed=0)))
+            seen = look(*reset_result(self.first.reset(seed=0)))
         except (ObservationError, ProblemError):
             raise
         except Exception as error:  # whatever an environment raises
             raise ProblemError(f"{self.source} does not begin: reset raised {type(error).__name__}: {error}") from error
+        self._lost = lost_by_copying(self.first) if self._make is None else None
+        return seen
 
 
 class PythonWorld(World):
@@ -129,6 +151,7 @@ class PythonWorld(World):
     def __init__(self, problem: Any, env: Any) -> None:
         self.problem, self.source, self.env = problem, problem.source, env
         self.seeds = EpisodeSeeds(env)
+        self.generators = OwnGenerators(env, self.source)
         shape = (problem.n_states, problem.n_actions) if problem.has_masks else (0, 0)
         self.action_masks = tuple(np.ones(shape, dtype=np.bool_) for _ in problem.spaces)
         pairs = zip(self.action_masks, problem.spaces, strict=True)
@@ -180,6 +203,7 @@ class PythonWorld(World):
     def set_deadline(self, seconds: float) -> None:
         """Make the next kernel return at the first end of an episode after so many seconds."""
         self._deadline = time.monotonic() + seconds
+        self.generators.look_away()
 
     def keep(self) -> None:
         """Remember the environment's seeds and generator, and the masks that were seen."""
@@ -217,18 +241,41 @@ class PythonWorld(World):
         ) from error
 
     def close(self) -> None:
-        """Close the environment."""
-        self.env.close()
+        """Close the environment, unless it is the user's own."""
+        self.problem.copies.close(self.env)
+
+    def begin(self) -> tuple[Any, Any]:
+        """Begin an episode; return what the environment's reset returns.
+
+        Raises
+        ------
+        ProblemError
+            If the environment's spaces are others than those that it had.
+        """
+        self.generators.seed(child(self.seeds.sequence, _OWN))
+        self.generators.watch()
+        seen = reset_result(self.seeds.reset())
+        self.generators.watch()
+        difference = self.problem.difference_of_declared(self.env)
+        if difference is not None:
+            raise ProblemError(
+                f"its spaces must stay as they are, as tables have as many rows and columns: {difference}; declare the "
+                "largest, and mask actions"
+            )
+        return seen
 
     def saved(self) -> dict[str, Any]:
-        """Return the environment's seeds and generator."""
-        return self.seeds.saved()
+        """Return the environment's seeds and generators."""
+        return self.seeds.saved() | {"own generators": self.generators.saved()}
 
     def follow(self, original: World) -> None:
         """Go on as a world does of whose environment this one has a copy, which needs no reset."""
         if isinstance(original, PythonWorld):
             self.seeds.follow(original.seeds)
+            self.generators.follow(original.generators)
 
     def restore(self, header: dict[str, Any]) -> None:
         """Go on from what `saved` returned."""
-        self.seeds.restore(header)
+        self.seeds.restore({name: part for name, part in header.items() if name != "own generators"})
+        if header["resets"]:
+            self.generators.restore(header.get("own generators", {}))

@@ -7,16 +7,25 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
+from gymnasium import ActionWrapper, ObservationWrapper, RewardWrapper, Wrapper
+from gymnasium.wrappers import (
+    AtariPreprocessing,
+    Autoreset,
+    MaxAndSkipObservation,
+    OrderEnforcing,
+    PassiveEnvChecker,
+    TimeLimit,
+)
 from pettingzoo.utils import BaseParallelWrapper
 
+from tuckerl.adapters.alike import checked_maker
+from tuckerl.adapters.carried import carried_problem, check_by_playing, plays_what_it_carries
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.adapters.joint import JointEnv
 from tuckerl.adapters.making import GymEnvironment, Made, made_of, name_of
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.python_problem import AgentSpaces
 from tuckerl.adapters.team import Team
-from tuckerl.adapters.transition_tables import extract_transition_table
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, SpaceError
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.mdp import TabularMDP
@@ -27,6 +36,9 @@ Environment = str | Made | Callable[[], Made] | Problem | Maze
 
 # Wrappers that leave observations, rewards and ends as they are (but for the time limit, which is taken over).
 _TRANSPARENT = (TimeLimit, OrderEnforcing, PassiveEnvChecker)
+# Steps of wrappers that are one step of what they wrap, and wrappers of Gymnasium whose steps are not.
+_ONE_FOR_ONE = (Wrapper.step, ActionWrapper.step, ObservationWrapper.step, RewardWrapper.step)
+_RETIMING = (AtariPreprocessing, Autoreset, MaxAndSkipObservation)
 
 
 class Agents(Enum):
@@ -62,11 +74,13 @@ class AdapterOptions:
 def as_problem(env: Environment, options: AdapterOptions = AdapterOptions()) -> Problem:  # it is frozen
     """Return the problem that kernels play for an environment.
 
-    A problem of this library is played as it is. Of an environment that carries its transitions, these are extracted
-    and played in compiled code: a :class:`TabularMDP` in its attribute ``mdp``, a :class:`Simulator` in ``simulator``,
-    or, as in Gymnasium's toy-text environments, a table ``P`` with ``initial_state_distrib``. Only wrappers that change
-    nothing may stand around it: Gymnasium's checker, its order enforcer and its time limit, which is taken over. Every
-    other environment is stepped in Python. Where there is no time limit, episodes are cut off after 100,000 steps.
+    A problem of this library is played as it is. Of this library's own environments, and of Gymnasium's `FrozenLake`,
+    `CliffWalking` and `Taxi`, the transitions that they carry are extracted and played in compiled code, unless a
+    subclass overrides more than how they are made, shown and closed. With ``compiled=True`` so are those of other
+    environments, if some thousand random steps agree with them: a :class:`TabularMDP` in the attribute ``mdp``, or a
+    table ``P`` with ``initial_state_distrib``. Only wrappers that change nothing may stand around: Gymnasium's checker,
+    its order enforcer and its time limit, which is taken over. Every other environment is stepped in Python. Where
+    there is no time limit, episodes are cut off after 100,000 steps.
 
     Parameters
     ----------
@@ -84,7 +98,8 @@ def as_problem(env: Environment, options: AdapterOptions = AdapterOptions()) -> 
     SpaceError
         If its spaces cannot be numbered.
     ProblemError
-        If it does not begin, or its joint actions do not belong to its agents.
+        If it does not begin, its joint actions do not belong to its agents, what a callable makes is drawn anew each
+        time, or `compiled` is True and it cannot be compiled, or its steps differ from its table.
     """
     check_compiled(options.compiled)
     if isinstance(env, (Problem, Maze)):
@@ -122,15 +137,18 @@ def _own_problem(env: Problem | Maze, options: AdapterOptions) -> Problem:
 
 def _adapted(env: Any, source: str, make: Callable[[], Any] | None, options: AdapterOptions) -> Problem:
     """Return the problem of an environment; one that was made here is closed if it isn't stepped itself."""
-    problem = None
+    problem, is_ours = None, make is not None
     try:
+        if make is not None:
+            make = checked_maker(env, make, source)
+            is_ours = make is not None
         if isinstance(env, gymnasium.Env):
             _refuse_reward(options, source)
             problem = _adapted_single(env, source, make, options)
         else:
             problem = _adapted_parallel(env, source, make, options)
     finally:
-        if make is not None and (problem is None or problem.is_compiled):
+        if is_ours and (problem is None or problem.is_compiled):
             env.close()
     return problem
 
@@ -155,7 +173,7 @@ def _joint_table(env: Any) -> TabularMDP | None:
     while type(layer) is BaseParallelWrapper:  # a subclass may override anything; the base passes all on
         layer = layer.env
     mdp = getattr(layer, "mdp", None)
-    if isinstance(layer, BaseParallelWrapper) or not isinstance(mdp, TabularMDP) or _is_altered(layer):
+    if isinstance(layer, BaseParallelWrapper) or not isinstance(mdp, TabularMDP) or not plays_what_it_carries(layer):
         return None
     n_agents = len(layer.possible_agents)
     if len(mdp.action_sizes) != n_agents:
@@ -182,14 +200,31 @@ def _adapted_single(
     env: GymEnvironment, source: str, make: Callable[[], Any] | None, options: AdapterOptions
 ) -> Problem:
     inner, limit = _without_transparent_wrappers(env)
-    problem = _carried_problem(inner) if options.compiled and not isinstance(inner, gymnasium.Wrapper) else None
+    others = None if make is None else lambda: _without_transparent_wrappers(make())[0]
+    problem = _believed_transitions(inner, source, others, options)
     if problem is None:
         _refuse_compiled(options, source)
-        others = None if make is None else lambda: _without_transparent_wrappers(make())[0]
+        limit = _strictest(limit, _inner_time_limit(inner))
         return GymnasiumProblem(inner, source, others, bins=options.bins, max_episode_steps=limit)
     _refuse_bins(options, source)
-    limits = [steps for steps in (limit, problem.max_episode_steps) if steps is not None]
-    return _limited(problem, min(limits, default=None), source)
+    return _limited(problem, _strictest(limit, problem.max_episode_steps), source)
+
+
+def carried_within(env: GymEnvironment) -> Problem | None:
+    """Return what an environment carries inside of wrappers that change nothing, be it that of its steps or not.
+
+    Raises
+    ------
+    ProblemError
+        If its table ``P`` has mistakes.
+    """
+    inner, limit = _without_transparent_wrappers(env)
+    problem = None if isinstance(inner, Wrapper) else carried_problem(inner)
+    return None if problem is None else _limited(problem, _strictest(limit, problem.max_episode_steps), name_of(env))
+
+
+def _strictest(*limits: int | None) -> int | None:
+    return min((limit for limit in limits if limit is not None), default=None)
 
 
 def _limited(problem: Problem, limit: int | None, source: str) -> Problem:
@@ -207,29 +242,39 @@ def _without_transparent_wrappers(env: GymEnvironment) -> tuple[GymEnvironment, 
     return layer, min(limits, default=None)
 
 
-def _is_altered(env: Any) -> bool:
-    """Return whether a user has changed what one of this library's environments does, but perhaps not its arrays."""
-    own = any(kind.__module__.startswith("tuckerl.") for kind in type(env).__mro__)
-    methods = [getattr(env, name) for name in ("reset", "step")]
-    return own and not all(getattr(method, "__module__", "").startswith("tuckerl.") for method in methods)
-
-
-def _carried_problem(env: GymEnvironment) -> Problem | None:
-    """Return the transitions that an environment carries."""
-    if _is_altered(env):
+def _believed_transitions(
+    env: GymEnvironment, source: str, make: Callable[[], Any] | None, options: AdapterOptions
+) -> Problem | None:
+    """Return the transitions that an environment carries, if they are known to be those of its steps."""
+    if not options.compiled or isinstance(env, gymnasium.Wrapper):
         return None
-    for name in ("mdp", "simulator"):  # an attribute of that name may be something else
-        problem = getattr(env, name, None)
-        if isinstance(problem, Problem) and problem.is_compiled:
-            return problem
-    return extract_transition_table(env)
+    if plays_what_it_carries(env):
+        return carried_problem(env)
+    carried = carried_problem(env) if options.compiled is True else None
+    if carried is not None:
+        check_by_playing(carried, env, source, make)
+    return carried
+
+
+def _inner_time_limit(env: GymEnvironment) -> int | None:
+    """Return the time limit that stands below wrappers that pass every step on as one step."""
+    limits, layer = [], env
+    while isinstance(layer, gymnasium.Wrapper):
+        if type(layer) is TimeLimit:
+            limits.append(layer._max_episode_steps)
+        step = type(layer).step
+        is_known = type(layer).__module__.startswith("gymnasium.wrappers.") and not isinstance(layer, _RETIMING)
+        if not is_known and step not in _ONE_FOR_ONE:
+            break
+        layer = layer.env
+    return min(limits, default=None)
 
 
 def _refuse_compiled(options: AdapterOptions, source: str) -> None:
     if options.compiled is True:
         raise ProblemError(
-            f"no transition table can be extracted from {source}, so it cannot be compiled: leave compiled at 'auto', "
-            "which steps it in Python"
+            f"no transition table that is known to be its own steps can be extracted from {source}, so it cannot be "
+            "compiled: leave compiled at 'auto', which steps it in Python, or pass a TabularMDP or a Simulator as env"
         )
 
 

@@ -240,7 +240,6 @@ class CartPoleEnv(gymnasium.Env[Any, Any]):
         self.render_mode = check_render_mode(render_mode)
         self.discrete = check_flag("discrete", discrete)
         self._problem = cart_pole(**parameters, max_episode_steps=None)
-        self.simulator = self._problem if self.discrete else None
         self.observation_space: gymnasium.Space[Any] = gymnasium.spaces.Discrete(N_STATES)
         if not self.discrete:
             # Nothing bounds the speeds, but a Box must be finite to draw samples from it evenly.
@@ -250,6 +249,11 @@ class CartPoleEnv(gymnasium.Env[Any, Any]):
         self._state: FloatArray = np.zeros(4)
         self._stream: Stream | None = None  # None before the first reset
         self._push = 0.0
+
+    @property
+    def simulator(self) -> Simulator | None:
+        """What ``step`` plays, whose states are the observations; None where these are the four numbers."""
+        return self._problem if self.discrete else None
 
     def _observation(self) -> Any:
         if not self.discrete:

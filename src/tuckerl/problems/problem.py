@@ -303,10 +303,12 @@ class Problem(Described):
     @classmethod
     def _check_same(cls, problem: "Problem", header: Header, sizes: list[int | None], path: Path, what: str) -> None:
         """Compare a problem with the saved one, by its sizes where the file is too old to hold a description."""
-        difference, sizes = None, [*sizes[:2], sizes[2] or STEP_CAP]  # older files know problems without a time limit
+        # Older files know problems without a time limit, and overlooked one below other wrappers.
+        limit = problem.max_episode_steps if sizes[2] in (None, STEP_CAP) else sizes[2]
+        difference = None
         if "description" in header:
             difference = first_difference(header["description"], problem.description())
-        elif problem.kind != cls.kind or problem.sizes != sizes:
+        elif problem.kind != cls.kind or problem.sizes != [*sizes[:2], limit]:
             difference = f"it was {what} with (states, actions, time limit) {sizes}; got {problem}"
         if difference:
             raise not_the_saved(path, difference)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from tuckerl.adapters.carried import is_outcome
 from tuckerl.errors import ProblemCheckError
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.problem import Problem
@@ -56,7 +57,7 @@ def _check_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> None:
                     f"{stage.source} began in state {after} {moment.where}, which is no first state of the table that "
                     f"it carries: {_ADVICE}"
                 )
-        elif not _is_outcome(mdp, state, moment, after):
+        elif not is_outcome(mdp, state, moment.action, after, moment.reward, moment.terminated):
             raise ProblemCheckError(
                 f"action {moment.action} in state {state} led {stage.source} to state {after} with reward "
                 f"{moment.reward} and terminated {bool(moment.terminated)} {moment.where}, which the table that it "
@@ -70,13 +71,6 @@ def _check_table(mdp: TabularMDP, stage: Any, played: list[Moment]) -> None:
                     f"{moment.where}, and the table that it carries {np.flatnonzero(allowed)}: {_ADVICE}"
                 )
         state = after
-
-
-def _is_outcome(mdp: TabularMDP, state: int, moment: Moment, after: int) -> bool:
-    arrays, pair = mdp.arrays, state * mdp.n_actions + moment.action
-    which = slice(arrays.offsets[pair], arrays.offsets[pair + 1]) if arrays.offsets.size else slice(pair, pair + 1)
-    found = (arrays.next_state[which] == after) & (arrays.terminated[which] == moment.terminated)
-    return bool((found & np.isclose(arrays.reward[which], moment.reward, _TOLERANCE, _TOLERANCE)).any())
 
 
 def _check_simulator(simulator: Simulator, stage: Any, played: list[Moment]) -> None:

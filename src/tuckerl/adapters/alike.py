@@ -1,0 +1,187 @@
+"""Whether environments that are made in the same way are the same, as learning and evaluation must play one world.
+
+A callable may hand out one object again and again, an environment may draw its map when it is made, and a copy may be
+made anew instead of copied. All of that is found by comparing data, attribute by attribute.
+"""
+
+import copy
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from tuckerl.adapters.carried import carried_problem, plays_what_it_carries
+from tuckerl.adapters.joint import innermost
+from tuckerl.errors import ProblemError, TuckerlError
+
+_LARGEST = 200_000  # parts that are compared, at most
+_EPISODES, _STEPS = 20, 100  # of random play, at most
+_PLAIN = (bool, int, float, complex, str, bytes, np.generic)
+
+
+def checked_maker(first: Any, make: Callable[[], Any], source: str) -> Callable[[], Any] | None:
+    """Return `make`; None where it hands out one object again and again, which is then copied as an instance is.
+
+    Parameters
+    ----------
+    first
+        What it has made.
+    make : callable
+    source : str
+        What it is called in messages.
+
+    Raises
+    ------
+    ProblemError
+        If environments that it makes differ: it draws when they are made, and no seed decides that.
+    """
+    try:
+        second = make()
+    except TuckerlError:
+        raise
+    except Exception:  # noqa: BLE001  # there can be one only, perhaps; whoever needs another is told
+        return make
+    if innermost(second) is innermost(first):
+        return None
+    try:
+        place = difference_of_data(innermost(first), innermost(second))
+        differs = place is not None and _play_apart(second, make)
+    finally:
+        second.close()
+    if differs:
+        name = getattr(make, "__qualname__", source)
+        raise ProblemError(
+            f"two environments made by {name} differ (in {place}): something is drawn when they are made, which no "
+            "seed decides, so that equal seeds would not give equal results. Say what is drawn (FrozenLake: desc), or "
+            "make one environment and pass that"
+        )
+    return make
+
+
+def lost_by_copying(env: Any) -> str | None:
+    """Return what a copy has otherwise than an environment that was just reset by the seed 0; None if nothing is lost.
+
+    Only classes that say themselves how they are copied lose anything: Gymnasium's `EzPickle` makes a new one.
+    """
+    if not any(_copies_by_rule(type(layer)) for layer in _layers(env)):
+        return None
+    try:
+        other = copy.deepcopy(env)
+        other.reset(seed=0)
+    except Exception:  # noqa: BLE001  # whoever needs a copy is told
+        return None
+    lost = difference_of_data(innermost(env), innermost(other))
+    other.close()
+    return lost
+
+
+def _layers(env: Any) -> Iterator[Any]:
+    while env is not None:
+        yield env
+        env = vars(env).get("env") if hasattr(env, "__dict__") else None
+
+
+def _copies_by_rule(kind: type) -> bool:
+    """Return whether a class says itself how its objects are copied."""
+    ways = ("__getstate__", "__reduce__", "__reduce_ex__")
+    return hasattr(kind, "__deepcopy__") or any(getattr(kind, way) is not getattr(object, way) for way in ways)
+
+
+def difference_of_data(first: Any, second: Any, place: str = "") -> str | None:
+    """Return where the data of two objects differ, None where it is equal.
+
+    Data are numbers, text, arrays, and what containers and objects hold of these; generators, functions and whatever
+    has no attributes are not looked at.
+    """
+    seen: set[int] = set()
+    parts = [(place, first, second)]
+    while parts and len(seen) < _LARGEST:
+        place, one, other = parts.pop()
+        if one is other or id(one) in seen:
+            continue
+        if isinstance(one, _PLAIN) or isinstance(other, _PLAIN):
+            if not (type(one) is type(other) and (one == other or (one != one and other != other))):
+                return place
+            continue
+        seen.add(id(one))
+        if type(one) is not type(other):
+            if one is None or other is None or isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+                return place
+            continue
+        if isinstance(one, np.ndarray):
+            if not _equal_arrays(one, other):
+                return place
+            continue
+        inner = _parts(one, other, place)
+        if inner is None:
+            return place
+        parts.extend(reversed(inner))
+    return None
+
+
+def _parts(one: Any, other: Any, place: str) -> list[tuple[str, Any, Any]] | None:
+    """Return the parts of two objects of one type, side by side; None where they have not the same."""
+    if isinstance(one, Mapping):
+        if one.keys() != other.keys():
+            return None
+        return [(f"{place}[{key!r}]", one[key], other[key]) for key in one]
+    if isinstance(one, (list, tuple)):
+        if len(one) != len(other):
+            return None
+        return [(f"{place}[{i}]", *pair) for i, pair in enumerate(zip(one, other, strict=True))]
+    if isinstance(one, (set, frozenset)):
+        return [] if one == other or not all(isinstance(part, _PLAIN) for part in (*one, *other)) else None
+    if isinstance(one, (np.random.Generator, type)) or callable(one):
+        return []
+    mine, others = getattr(one, "__dict__", {}), getattr(other, "__dict__", {})
+    names = [name for name in mine if name in others and name not in {"_np_random", "_np_random_seed"}]
+    return [(f"{place}.{name}".lstrip("."), mine[name], others[name]) for name in names]
+
+
+def _equal_arrays(one: Any, other: Any) -> bool:
+    if one.shape != other.shape or one.dtype != other.dtype:
+        return False
+    return bool(np.array_equal(one, other, equal_nan=one.dtype.kind in "fc"))
+
+
+def _play_apart(second: Any, make: Callable[[], Any]) -> bool:
+    """Return whether two more environments are other problems: by their tables, or when they are played alike."""
+    third = make()
+    try:
+        pair = innermost(second), innermost(third)
+        if all(map(plays_what_it_carries, pair)):
+            tables: list[Any] = [carried_problem(env) for env in pair]
+            if None not in tables:
+                return tables[0].difference(tables[1]) is not None
+        return any(_episode(second, seed) != _episode(third, seed) for seed in range(_EPISODES))
+    finally:
+        third.close()
+
+
+def _episode(env: Any, seed: int) -> list[str]:
+    """Return as text what an episode of random actions was like, up to its end or an error."""
+    moments: list[str] = []
+    try:
+        seen = env.reset(seed=seed)
+        moments.append(repr(seen[0]))
+        choose = _chooser(env, seed)
+        for _ in range(_STEPS):
+            observation, reward, terminated, truncated, _ = env.step(choose())
+            moments.append(repr((observation, reward, terminated, truncated)))
+            if not getattr(env, "agents", True) or terminated is True or truncated is True:
+                break
+    except Exception as error:  # noqa: BLE001  # an illegal action, perhaps
+        moments.append(type(error).__name__)
+    return moments
+
+
+def _chooser(env: Any, seed: int) -> Callable[[], Any]:
+    """Return what chooses random actions: one, or by agent those that are there."""
+    if not hasattr(env, "possible_agents") or not callable(getattr(env, "action_space", None)):
+        space = copy.deepcopy(env.action_space)
+        space.seed(seed)
+        return space.sample
+    spaces = {agent: copy.deepcopy(env.action_space(agent)) for agent in env.possible_agents}
+    for place, space in enumerate(spaces.values()):
+        space.seed(seed + place)
+    return lambda: {agent: spaces[agent].sample() for agent in env.agents}

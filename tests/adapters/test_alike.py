@@ -1,0 +1,163 @@
+"""Environments that are made in the same way are the same, or it is said that they are not."""
+
+import random
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.spaces import Discrete
+from gymnasium.utils import EzPickle
+
+import tuckerl
+from tests.adapters.parallel_worlds import Meeting
+from tuckerl.adapters.alike import difference_of_data
+from tuckerl.adapters.resolve import AdapterOptions, as_problem
+from tuckerl.errors import EnvironmentFaultError, ProblemError
+
+
+class Noise(gymnasium.Env[Any, Any]):
+    """Draws all that happens; it must not be used any more once it is closed."""
+
+    def __init__(self) -> None:
+        self.observation_space, self.action_space, self.closed, self.time = Discrete(4), Discrete(2), False, 0
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[int, dict[str, Any]]:
+        assert not self.closed
+        super().reset(seed=seed)
+        self.time = 0
+        return int(self.np_random.integers(4)), {}
+
+    def step(self, action: Any) -> tuple[int, float, bool, bool, dict[str, Any]]:
+        self.time += 1
+        return int(self.np_random.integers(4)), float(self.np_random.normal()), False, self.time >= 5, {}
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def learned(env: Any, **parameters: Any) -> tuckerl.QLearning:
+    return tuckerl.QLearning(env, seed=0, **parameters)
+
+
+@pytest.mark.parametrize("n_agents", [1, 3])
+@pytest.mark.parametrize("wrap", [lambda env: env, lambda env: gymnasium.wrappers.TimeLimit(env, 4)])
+def test_one_object_that_a_callable_hands_out_again_is_copied(n_agents: int, wrap: Any) -> None:
+    env = Noise()
+    agent = learned(lambda: wrap(env), n_agents=n_agents).learn(5)
+    agent.evaluate(3)
+    agent.learn(5)
+    assert not env.closed
+    assert np.array_equal(agent.q, learned(lambda: wrap(Noise()), n_agents=n_agents).learn(10).q)
+
+
+def test_what_is_handed_out_is_not_closed_when_its_table_is_played() -> None:
+    closed: list[int] = []
+    lake = gymnasium.make("FrozenLake-v1")
+    lake.unwrapped.close = lambda: closed.append(1)  # type: ignore[method-assign]
+    as_problem(lambda: lake)
+    assert not closed
+
+
+@pytest.mark.parametrize("compiled", ["auto", False])
+def test_a_map_that_is_drawn_by_the_way_is_refused(compiled: Any) -> None:
+    def drawn() -> Any:
+        return gymnasium.make("FrozenLake-v1", desc=None, map_name=None, is_slippery=False)
+
+    with pytest.raises(ProblemError, match=r"two environments made by .*drawn differ \(in .*\): something is drawn"):
+        learned(drawn, compiled=compiled)
+    lake = drawn()
+    agent = learned(lake, n_agents=2, compiled=compiled)
+    if compiled is False:
+        worlds: Any = agent._state.worlds
+        maps = [world.env.unwrapped.desc for world in worlds]
+        assert np.array_equal(maps[0], maps[1])
+
+
+class Numbered(Noise):
+    """Has a number of its own that changes nothing."""
+
+    made = 0
+
+    def __init__(self) -> None:
+        super().__init__()
+        Numbered.made += 1
+        self.number = Numbered.made
+
+
+class Drawn(Meeting):
+    """A parallel environment that draws when it is made what its rewards are multiplied by."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.scale = random.random()  # noqa: S311  # no secret
+
+    def step(self, actions: Any) -> Any:
+        observations, rewards, *rest = super().step(actions)
+        return observations, dict.fromkeys(rewards, self.scale), *rest
+
+
+def test_only_differences_in_play_are_refused() -> None:
+    assert as_problem(Numbered).n_states == 4
+    assert as_problem(Meeting).n_states == 5
+    with pytest.raises(ProblemError, match=r"two environments made by Drawn differ \(in scale\)"):
+        as_problem(Drawn)
+
+
+class Remade(Noise, EzPickle):
+    """Is made anew where it should be copied."""
+
+    def __init__(self, wind: float = 0.0) -> None:
+        EzPickle.__init__(self, wind)
+        super().__init__()
+        self.wind = wind
+
+
+def test_a_copy_that_is_another_is_refused_where_one_is_needed() -> None:
+    env = Remade(2.0)
+    learned(env, n_agents=2).evaluate(2)
+    env.wind = 3.0
+    agent = learned(env).learn(2)
+    with pytest.raises(ProblemError, match=r"a copy of Remade is not like it \(in wind\), as its class says"):
+        agent.evaluate(2)
+
+
+class Growing(Noise):
+    """Has one action more after some episodes."""
+
+    episodes = 0
+
+    def reset(self, **given: Any) -> Any:
+        self.episodes += 1
+        if self.episodes > 3:
+            self.action_space = Discrete(3)
+        return super().reset(**given)
+
+
+def test_spaces_that_change_between_resets_are_named() -> None:
+    agent = learned(Growing())
+    with pytest.raises(EnvironmentFaultError, match=r"spaces must stay as they are.*: action n was 2; got 3; declare"):
+        agent.learn(9)
+    team = Meeting()
+    worlds = as_problem(team)
+    team.action_space = lambda agent: Discrete(7)  # type: ignore[method-assign]
+    with pytest.raises(ProblemError, match="action n was 3; got 7"):
+        worlds.world().begin()  # type: ignore[attr-defined]
+
+
+def test_data_are_compared_attribute_by_attribute() -> None:
+    assert difference_of_data([1, {"a": (2.0, "x")}], [1, {"a": (2.0, "x")}]) is None
+    assert difference_of_data({"a": [1, 2]}, {"a": [1, 3]}) == "['a'][1]"
+    assert difference_of_data([np.nan, np.array([np.nan])], [np.nan, np.array([np.nan])]) is None
+    assert difference_of_data(np.zeros(2), np.zeros(3)) == ""
+    assert difference_of_data({1, 2}, {1, 3}) == ""
+    loop: list[Any] = [1]
+    loop.append(loop)
+    assert difference_of_data(loop, [1, [1, loop]]) is None
+    assert difference_of_data(Remade(1.0), Remade(2.0)) in ("wind", "_ezpickle_args[0]")
+
+
+@pytest.mark.parametrize("options", [AdapterOptions(), AdapterOptions(compiled=False)])
+def test_this_librarys_own_are_alike(options: AdapterOptions) -> None:
+    for name in ("tuckerl/DynaMaze-v0", "FrozenLake-v1", "Taxi-v4"):
+        assert as_problem(lambda: gymnasium.make(name), options).difference(as_problem(name, options)) is None  # noqa: B023

@@ -1,0 +1,114 @@
+"""Generators that an environment keeps besides np_random: decided by the learner's seed, and saved with it."""
+
+import random
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.spaces import Discrete, Tuple
+
+import tuckerl
+from tuckerl.adapters.generators import own_generators
+from tuckerl.errors import ResumeWarning, SavedFileError
+
+KINDS: dict[str, Any] = {
+    "Generator": np.random.default_rng,
+    "MT19937": lambda: np.random.Generator(np.random.MT19937()),
+    "RandomState": np.random.RandomState,
+    "random": random.Random,
+}
+
+
+class Own(gymnasium.Env[Any, Any]):
+    """Draws from whatever generator it was given, and seeds np_random besides."""
+
+    def __init__(self, rng: Any) -> None:
+        self.observation_space, self.action_space = Discrete(4), Discrete(2)
+        self.nested = {"deep": [rng]}
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> Any:
+        super().reset(seed=seed)
+        self.time = 0
+        return self.draw(), {}
+
+    def draw(self) -> int:
+        rng = self.nested["deep"][0]
+        return int(4 * (rng.random() if hasattr(rng, "random") else rng.random_sample()))
+
+    def step(self, action: Any) -> Any:
+        self.time += 1
+        return self.draw(), float(self.draw()), False, self.time >= 5, {}
+
+
+class Samples(Own):
+    """Draws from its space, which no reset seeds."""
+
+    def __init__(self) -> None:
+        super().__init__(None)
+
+    def draw(self) -> int:
+        return int(self.observation_space.sample())
+
+
+class Global(Own):
+    def __init__(self) -> None:
+        super().__init__(np.random)
+
+    def draw(self) -> int:
+        return int(4 * np.random.random_sample())  # noqa: NPY002  # that is the point
+
+
+def learned(env: Any, **parameters: Any) -> tuckerl.QLearning:
+    return tuckerl.QLearning(env, seed=0, **parameters)
+
+
+@pytest.mark.parametrize("kind", [*KINDS, "space"])
+def test_they_are_decided_by_the_seed_and_go_on_from_a_file(kind: str, tmp_path: Path) -> None:
+    def made() -> Any:
+        return Samples() if kind == "space" else gymnasium.wrappers.TransformReward(Own(KINDS[kind]()), float)
+
+    whole = learned(made()).learn(20)
+    part = learned(made()).learn(8)
+    part.save(tmp_path / "agent")
+    again = tuckerl.QLearning.load(tmp_path / "agent", env=made()).learn(12)
+    assert np.array_equal(whole.returns, again.returns)
+    assert np.array_equal(whole.q, again.q)
+    assert not np.array_equal(whole.returns[:8], whole.returns[8:16])
+    both = learned(made(), n_agents=2).learn(8)
+    assert not np.array_equal(both.returns[:, 0], both.returns[:, 1])
+    assert np.array_equal(whole.evaluate(5, seed=1).returns, again.evaluate(5, seed=1).returns)
+
+
+def test_another_kind_of_generator_is_refused(tmp_path: Path) -> None:
+    learned(Own(KINDS["random"]())).learn(2).save(tmp_path / "agent")
+    for other in (Own(np.random.default_rng()), Samples()):
+        with pytest.raises(SavedFileError, match=r"drew from env.nested\['deep'\]\[0\], a random.Random; this one"):
+            tuckerl.QLearning.load(tmp_path / "agent", env=other)
+
+
+@pytest.mark.parametrize(
+    ("env", "reason"),
+    [
+        (Global(), "it draws from the global generator of NumPy or of random"),
+        (Own(random.SystemRandom()), r"env.nested\['deep'\]\[0\] draws from the operating system"),
+    ],
+)
+def test_what_cannot_be_repeated_is_named_once(env: Any, reason: str, tmp_path: Path) -> None:
+    agent = learned(env).learn(4)
+    with pytest.warns(ResumeWarning, match=f"cannot go on from a file to the last bit: {reason}"):
+        agent.save(tmp_path / "agent")
+    agent.save(tmp_path / "agent")  # a second warning would be an error
+
+
+def test_they_are_found_wherever_they_are() -> None:
+    env = Own(KINDS["random"]())
+    env.observation_space = Tuple([Discrete(2)])
+    assert {place for place in own_generators(env) if "space" in place} == {
+        "env.observation_space._np_random",
+        "env.observation_space.spaces[0]._np_random",
+        "env.action_space._np_random",
+    }
+    assert "env.nested['deep'][0]" in own_generators(env)
+    assert not any("nested" in place for place in own_generators(Global()))
