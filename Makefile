@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup reproduce test test-long check format bench docs lock clean
+.PHONY: help setup reproduce test test-long mutants check format bench docs lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -25,6 +25,9 @@ test: setup ## run all tests but the long ones
 
 test-long: setup ## run the tests that take minutes: fuzzers in their large form
 	$(BIN)/python -m pytest -n auto -m long
+
+mutants: setup ## make small wrong changes, and see whether the tests notice them
+	$(BIN)/python -m tests.mutants
 
 check: setup ## formatter, linter and types, as CI does
 	$(BIN)/ruff format --check .

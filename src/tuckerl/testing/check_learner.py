@@ -2,13 +2,14 @@
 
 import inspect
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_flag
-from tuckerl.errors import LearnerCheckError, ParameterTypeError
-from tuckerl.testing import declaring, learning, repeating
+from tuckerl.errors import LearnerCheckError, LearnerError, ParameterTypeError
+from tuckerl.testing import declaring, learning, repeating, slips
 from tuckerl.testing.subject import Subject
 from tuckerl.training.learner import Learner
 from tuckerl.training.parameters import NOT_SAVED, keywords_of
@@ -24,7 +25,8 @@ def check_learner(
     """Look for the usual mistakes in a learner of your own; say what the first one breaks and what usually causes it.
 
     On small problems (a corridor, a slippery floor, one with forbidden actions, a simulator, an environment that Python
-    steps), for one agent and three, with and without a tensor step: it learns; tables stay finite or learning stops; no
+    steps), for one agent and three, with and without a tensor step: kernels stay within their arrays (they are
+    interpreted first, in a process of its own); it learns; tables stay finite or learning stops; no
     forbidden action is taken or believed in; terminal steps are not bootstrapped, and truncated ones are; every row
     that changes is recorded, and every array that changes is declared, shared and saved; the same seed gives the same
     bits; learning in two parts, with or without a file between them, equals learning at once; agents do not depend on
@@ -65,9 +67,10 @@ def check_learner(
     if chosen:
         raise ParameterTypeError(f"parameters must leave {', '.join(sorted(chosen))} to the checks")
     subject = Subject(learner_class, own)
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), _mistakes_of_kernels():
         warnings.simplefilter("ignore")  # of ranks and of divergence, which are meant
         _check_parameters(subject)
+        slips.check_slips(subject)
         declaring.check_declarations(subject)
         learning.check_corridor(subject)
         learning.check_changes(subject)
@@ -76,6 +79,15 @@ def check_learner(
         learning.check_divergence(subject)
         learning.check_predictions(subject)
         repeating.check_repeats(subject, env)
+
+
+@contextmanager
+def _mistakes_of_kernels() -> Iterator[None]:
+    """Name what guards find as what it is here: a broken promise."""
+    try:
+        yield
+    except LearnerError as error:
+        raise LearnerCheckError(str(error)) from error
 
 
 def _check_parameters(subject: Subject) -> None:

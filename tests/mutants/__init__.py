@@ -1,0 +1,1 @@
+"""Small wrong changes of the sources, to see whether the tests notice them: ``python -m tests.mutants --help``."""
