@@ -17,7 +17,6 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import CellType, FunctionType
 from typing import Any, TypeVar
 
 import numba
@@ -165,7 +164,8 @@ def recompiled(function: Callable[..., Any]) -> Callable[..., Any]:
     return kernel(getattr(function, "py_func", function))
 
 
-_CHOOSERS: set[Callable[..., Any]] = set()
+CHOOSERS: set[Callable[..., Any]] = set()
+"""What `by_kind` has returned."""
 
 
 def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
@@ -184,7 +184,7 @@ def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
 
     # The kernel's body takes the place of the call: a call between them would have to be compiled, too.
     overload(chosen, jit_options=_OPTIONS, strict=False)(body_of)
-    _CHOOSERS.add(chosen)
+    CHOOSERS.add(chosen)
     return chosen
 
 
@@ -255,42 +255,13 @@ _RETURNS = {
 }
 
 
-def _call_interpreted(address: int, argument: int) -> int:
+def call_interpreted(address: int, argument: int) -> int:
     """Call a Python function as a kernel does."""
     return int(_Callback(address)(argument))
 
 
 if _INTERPRETED:
-    call_python = _call_interpreted
-
-
-def interpreted(compiled: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a kernel as plain Python, in which all kernels that it calls are interpreted, too.
-
-    Nothing that was compiled changes: these are copies of the functions, with other names around them.
-    """
-    return _interpreted(compiled, {}) if not _INTERPRETED else compiled
-
-
-def _interpreted(compiled: Any, known: dict[Any, Any]) -> Any:
-    """Return what stands for a global name or a closure's variable in plain Python."""
-    if compiled is call_python:
-        return _call_interpreted
-    if isinstance(compiled, dict) and all(map(callable, compiled.values())):  # the kernels of `by_kind`
-        return {kind: _interpreted(one, known) for kind, one in compiled.items()}
-    python = getattr(compiled, "py_func", compiled)
-    if python is compiled and not (isinstance(python, FunctionType) and python in _CHOOSERS):
-        return compiled
-    if python not in known:
-        cells = tuple(CellType() for _ in python.__closure__ or ())
-        names = dict(python.__globals__)
-        known[python] = FunctionType(python.__code__, names, python.__name__, python.__defaults__, cells)
-        for name in python.__code__.co_names:
-            if name in names:
-                names[name] = _interpreted(names[name], known)
-        for cell, own in zip(cells, python.__closure__ or (), strict=True):
-            cell.cell_contents = _interpreted(own.cell_contents, known)
-    return known[python]
+    call_python = call_interpreted
 
     def is_rare(condition: bool) -> bool:
         """Return the condition itself."""

@@ -179,3 +179,15 @@ def test_probability_needs_an_axis_of_outcomes() -> None:
 def test_negative_probabilities_are_refused_even_if_the_sum_is_1() -> None:
     with pytest.raises(ProblemError, match=r"those of \(s, a\) = \(0, 0\) are \[ ?0\.9 +0\.6 +-0\.5\]"):
         TabularMDP([[[0, 0, 0]]], [[[0, 0, 0]]], [[[True] * 3]], [[[0.9, 0.6, -0.5]]])
+
+
+@pytest.mark.parametrize("off", [1e-6, -1e-6])
+def test_sums_of_probabilities_are_1_to_eight_digits(off: float) -> None:
+    probability = np.array(RISKY["probability"], dtype=np.float64)
+    probability[1, 1, 0] += off
+    with pytest.raises(ProblemError, match=r"must be at least 0 and sum to 1; those of \(s, a\) = \(1, 1\)"):
+        TabularMDP(**{**RISKY, "probability": probability})
+    with pytest.raises(ProblemError, match="start's probabilities must be at least 0 and sum to 1"):
+        TabularMDP(**GOOD, start=[0.5, 0.5 + off])
+    probability[1, 1, 0] -= off * 0.999
+    TabularMDP(**{**RISKY, "probability": probability})

@@ -10,7 +10,7 @@ from tuckerl.studies.reproduce import run_study
 from tuckerl.studies.runner import SCHEMAS, StudyTables
 from tuckerl.studies.scenarios import scenario_study
 from tuckerl.studies.study import Study
-from tuckerl.studies.summary import summarise
+from tuckerl.studies.summary import Samples, _weight_course, paired_curves, summarise
 
 
 @pytest.fixture
@@ -154,3 +154,40 @@ def test_processor_time_is_not_decided_where_no_run_is_left() -> None:
 
 def test_other_claims_have_no_ratio(study: Study, tables: StudyTables) -> None:
     assert all("ratio" not in claim.to_dict() for claim in judge_claims(study, tables))
+
+
+@pytest.mark.parametrize(("seconds", "verdict"), [(1.5, "holds"), (1.6, "does not hold")])
+def test_processor_time_is_judged_at_one_and_a_half_times_the_bases(seconds: float, verdict: str) -> None:
+    tables = paper_tables({"base": 1.0, "other": seconds}, {"base": 100, "other": 100})
+    assert processor_time(*tables).verdict == verdict
+
+
+def test_runs_that_diverged_take_no_part_in_processor_time() -> None:
+    study, tables = paper_tables({"base": 1.0, "other": 1.2}, {"base": 100, "other": 100})
+    is_lost = (pl.col("variant") == "tsarsa-lambda-1") & (pl.col("run") == 1)
+    times = tables.times.with_columns(seconds=pl.when(is_lost).then(99.0).otherwise(pl.col("seconds")))
+    claim = processor_time(study, tables._replace(times=times))
+    assert claim.verdict == "holds"
+    assert claim.ratio == pytest.approx(1.2)
+
+
+def test_curves_are_paired_where_other_runs_diverged() -> None:
+    base = Samples(np.array([0, 1, 3]), np.array([[1.0], [10.0], [30.0]]), 1)
+    other = Samples(np.array([1, 2, 3]), np.array([[11.0], [200.0], [33.0]]), 1)
+    _, curve = paired_curves({"base": base, "other": other})
+    assert curve.against_base.mean.tolist() == [2.0]  # of 1 and 3, the runs that both have
+    assert curve.n_runs == 3
+
+
+def test_weights_of_runs_that_ended_early_are_in_no_band() -> None:
+    rows = [
+        (run, episode, action, weight)
+        for run, weight in ((0, 0.5), (1, 0.25), (2, 0.9))
+        for episode in (9, 19)
+        for action in (0, 1)
+        if run < 2 or episode < 19
+    ]
+    weights = pl.DataFrame(rows, schema=["run", "episode", "action", "weight"], orient="row").with_columns(instance=0)
+    course = _weight_course("t", weights)
+    assert course.episode.tolist() == [9, 19]
+    assert [band.mean.tolist() for band in course.bands] == [[0.375, 0.375]] * 2

@@ -8,7 +8,9 @@ import polars as pl
 import pytest
 
 from tuckerl.errors import OutputConflictError, OutputError, ParameterError, SavedFileError
+from tuckerl.files import write_whole
 from tuckerl.problems.mdp import TabularMDP
+from tuckerl.studies import store
 from tuckerl.studies.reproduce import run_study
 from tuckerl.studies.runner import SCHEMAS, Task, all_tasks, play_task
 from tuckerl.studies.store import Store
@@ -213,3 +215,20 @@ def test_times_hold_the_steps_part(study: Study) -> None:
     stepped = times.filter(pl.col("variant").str.starts_with("dyna-ht"))
     assert (stepped["tensor_step_seconds"] > 0).all()
     assert (stepped["tensor_step_seconds"] < stepped["seconds"]).all()
+
+
+def test_runs_are_written_after_all_that_belongs_to_them(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written: list[str] = []
+
+    def write(path: Path, data: bytes) -> None:
+        written.append(path.name)
+        write_whole(path, data)
+
+    monkeypatch.setattr(store, "write_whole", write)
+    run_study(study, tmp_path, workers=1)
+    tables = [name for name in written if name.endswith(".parquet")]
+    assert len(tables) >= 4
+    for i, name in enumerate(tables):  # a kill after any of these leaves no task that is said to be finished and is not
+        assert (name == "runs.parquet") == (i % 4 == 3)

@@ -16,6 +16,7 @@ def with_values(values: Floats, rows: int) -> Floats:
 
 SPECTRA = {
     "one pass": np.geomspace(1.0, 1e-3, 8),
+    "two passes, though not by far": np.geomspace(1.0, 1e-7, 8),
     "two passes": np.geomspace(1.0, 1e-10, 8),
     "rank deficient": np.array([1.0, 0.3, 0.1, 1e-9, 0.0, 0.0]),
 }

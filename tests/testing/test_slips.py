@@ -10,9 +10,9 @@ import pytest
 
 import tuckerl
 from tuckerl import DynaH, QLearning, SarsaLambda, TeamQ
-from tuckerl._jit import interpreted
 from tuckerl.errors import LearnerCheckError
 from tuckerl.testing import check_learner, slips
+from tuckerl.testing.interpreting import interpreted
 from tuckerl.testing.small_problems import masked, slippery
 from tuckerl.testing.subject import EVERY, Subject, tensor_step
 from tuckerl.training.agent_arrays import AgentArrays, Transition

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl._jit import interpreted
 from tuckerl.errors import LearnerCheckError
+from tuckerl.testing.interpreting import interpreted
 from tuckerl.testing.small_problems import masked, slippery
 from tuckerl.testing.subject import EVERY, Subject, tensor_step
 from tuckerl.training.loop import play
