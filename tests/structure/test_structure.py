@@ -154,6 +154,8 @@ LONG = {
     "training/learner.py": 560,
     # The one importer of Numba: kernels, users' functions, and what is told to LLVM.
     "_jit.py": 370,
+    # Its users' functions, the kernels that call them, and what of them is impossible.
+    "problems/simulator.py": 370,
 }
 
 
