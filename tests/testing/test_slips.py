@@ -18,6 +18,7 @@ from tuckerl.testing.subject import EVERY, Subject, tensor_step
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.greedy_actions import best_value
+from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.learner import Learner
 from tuckerl.training.loop import play
 from tuckerl.types import FloatArray
@@ -105,8 +106,8 @@ def test_interpreted_kernels_do_what_compiled_ones_do(kind: Any) -> None:
     for problem in (slippery(), masked()):
         python, compiled = (Subject(kind, {}).on(problem, n_agents=1, tensor_step=tensor_step()) for _ in range(2))
         state = python._state
-        world = state.worlds[0]
-        agent = state.agent(0, EVERY - 1, 10**9, world.action_masks[0], python.algorithm_state)
+        world, call = state.worlds[0], KernelCall(calls_python=True)
+        agent = state.agent(0, EVERY - 1, 10**9, world.action_masks[0], python.algorithm_state, call)
         found: list[str] = []
         with np.errstate(over="ignore"):  # of the generator's words, as is meant
             assert interpreted(play)(world.arrays, slips._watched(agent, "agent", found)) == EVERY - 1

@@ -17,6 +17,7 @@ from tuckerl.errors import LearnerCheckError
 from tuckerl.testing.interpreting import interpreted
 from tuckerl.testing.small_problems import masked, slippery
 from tuckerl.testing.subject import EVERY, Subject, tensor_step
+from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.loop import play
 
 _PATIENCE = 300.0  # seconds, of which one or two are usual
@@ -60,9 +61,10 @@ def _first_slip(subject: Subject) -> str:
     slips: list[str] = []
     for problem in (slippery(), masked()):
         state = (learner := subject.on(problem, n_agents=2, tensor_step=tensor_step()))._state
+        call = KernelCall(calls_python=True)
         play_interpreted: Any = interpreted(play)  # now that all kernels are registered
         for number, world in enumerate(state.worlds):
-            agent = state.agent(number, EVERY, _UNLIMITED, world.action_masks[0], learner.algorithm_state)
+            agent = state.agent(number, EVERY, _UNLIMITED, world.action_masks[0], learner.algorithm_state, call)
             with suppress(Exception):  # other mistakes are for the other checks to find, in compiled code
                 play_interpreted(world.arrays, _watched(agent, "agent", slips))
             if slips:
