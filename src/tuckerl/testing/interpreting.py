@@ -4,7 +4,7 @@ from collections.abc import Callable
 from types import CellType, FunctionType
 from typing import Any
 
-from tuckerl._jit import CHOOSERS, call_interpreted, call_python
+from tuckerl._jit import CHOOSERS, call_interpreted, call_python, is_rare
 
 
 def interpreted(compiled: Callable[..., Any]) -> Callable[..., Any]:
@@ -20,6 +20,8 @@ def _interpreted(compiled: Any, known: dict[Any, Any]) -> Any:
     """Return what stands for a global name or a closure's variable in plain Python."""
     if compiled is call_python:
         return call_interpreted
+    if compiled is is_rare:
+        return bool
     if isinstance(compiled, dict) and all(map(callable, compiled.values())):  # the kernels of `by_kind`
         return {kind: _interpreted(one, known) for kind, one in compiled.items()}
     python = getattr(compiled, "py_func", compiled)
