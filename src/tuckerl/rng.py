@@ -5,10 +5,14 @@ array and changed in place. Streams are children of a NumPy ``SeedSequence``, so
 and of how many others there are; nothing reads a global generator.
 """
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from tuckerl._jit import kernel
 from tuckerl.checks import check_int
+from tuckerl.errors import SavedFileError
 from tuckerl.types import Seed, Stream, UInt64Array
 
 
@@ -34,6 +38,46 @@ def stream(sequence: np.random.SeedSequence) -> Stream:
     """Return a (4,) uint64 state for the kernels' generator, seeded from `sequence`."""
     words: Stream = sequence.generate_state(4, np.uint64).astype(np.uint64, copy=False)
     return words
+
+
+_PLACES = {"MT19937": ("pos", 624), "Philox": ("buffer_pos", 4)}
+"""Where generators keep the place in their block of numbers, which NumPy takes unchecked, and its largest value."""
+
+
+def restore_generator(generator: np.random.Generator, held: Mapping[str, Any]) -> None:
+    """Let a generator go on from the state that a file holds, as JSON.
+
+    Raises
+    ------
+    SavedFileError
+        If it is no state of this kind of generator.
+    """
+    bits = generator.bit_generator
+    kind, fresh = type(bits).__name__, bits.state
+    try:
+        if kind in _PLACES:
+            name, most = _PLACES[kind]
+            where = held["state"] if kind == "MT19937" else held
+            check_int(name, where[name], 0, most)
+        if kind.startswith("PCG64") and held["state"]["inc"] % 2 == 0:
+            raise ValueError("its increment must be odd")
+        bits.state = held
+        if generator_as_json(generator) != held:
+            raise ValueError("its numbers are out of range")
+    except Exception as error:  # whatever NumPy raises
+        bits.state = fresh
+        raise SavedFileError(f"it holds no state of a random generator {kind} ({error})") from error
+
+
+def generator_as_json(generator: np.random.Generator) -> Any:
+    """Return a generator's state as JSON."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {name: plain(part) for name, part in value.items()}
+        return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+    return plain(generator.bit_generator.state)
 
 
 @kernel

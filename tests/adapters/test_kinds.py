@@ -240,26 +240,26 @@ def test_saved_problems_come_back(kind: str) -> None:
             restore_problem(header, dict(arrays), None, PATH, AdapterOptions())
 
 
-def test_headers_are_those_of_format_2() -> None:
+def test_headers_are_those_of_format_3() -> None:
     headers = {kind: save_problem(problem_of(kind)) for kind in MADE}
-    assert headers["simulator"][0].keys() == {"simulator", "source", "description"}
-    assert headers["simulator"][0]["simulator"] == [12, 3, 80]
+    assert [header["kind"] for header, _ in headers.values()] == list(MADE)
+    simulator = problem_of("simulator").description()
+    held: dict[str, Any] = {"simulator": [12, 3, 80], "source": None, "description": simulator}
+    assert headers["simulator"] == ({"kind": "simulator", "held": held}, {})
     stepped: dict[str, Any] = {"id": None, "source": "Blackjack-v1", "sizes": [704, 2, 100_000], "agents": []}
     stepped["description"] = problem_of("gymnasium").description()
-    assert headers["gymnasium"] == ({"SteppedProblem": stepped}, {})
-    assert headers["pettingzoo"][0].keys() == {"PlayersProblem"}
+    assert headers["gymnasium"] == ({"kind": "gymnasium", "held": stepped}, {})
     header, arrays = headers["table"]
-    assert header.keys() == {
+    assert header["held"].keys() == {
         *("n_states", "n_actions", "max_episode_steps", "action_sizes", "layout", "is_capped", "source")
     }
-    assert "forbidden" in arrays
-    assert "action_mask" not in arrays
+    assert "action_mask" in arrays
     binned = as_problem("CartPole-v1", AdapterOptions(bins=[[0.0], 1, [-0.1, 0.1], [0.0]])).save()[1]
     assert {name: edges.tolist() for name, edges in binned.items()} == {
-        "edges0.000000": [0.0],
-        "edges0.000001": [],
-        "edges0.000002": [-0.1, 0.1],
-        "edges0.000003": [0.0],
+        "edges/0/000000": [0.0],
+        "edges/0/000001": [],
+        "edges/0/000002": [-0.1, 0.1],
+        "edges/0/000003": [0.0],
     }
 
 
@@ -272,7 +272,7 @@ def test_names_that_a_user_gave_are_saved() -> None:
 
 def test_a_file_with_a_kind_that_is_not_known_is_refused() -> None:
     with pytest.raises(SavedFileError, match="a problem of an unknown kind: import the module that registers it"):
-        restore_problem({"lottery": {}}, {}, None, PATH, AdapterOptions())
+        restore_problem({"kind": "lottery", "held": {}}, {}, None, PATH, AdapterOptions())
 
 
 def test_a_heuristic_may_go_with_an_environment() -> None:

@@ -155,8 +155,8 @@ def test_any_learner_is_loaded_by_what_its_file_says(tmp_path: Path) -> None:
         again = tuckerl.load(path)
         assert type(again) is kind
         np.testing.assert_array_equal(again.learn(5).q, learner.learn(5).q)
-    header, arrays = saved.read(path)
-    saved.write(path, header | {"learner": "Lost"}, arrays)
+    content = saved.read(path)
+    saved.write(path, content.header | {"learner": "Lost"}, content.arrays)
     with pytest.raises(
         SavedFileError, match="holds a Lost, which is none of QLearning, Sarsa, SarsaLambda, DynaH, Tea"
     ):

@@ -24,6 +24,8 @@ GROUND = {
     "memory",
     "progress",
     "registers",
+    "saved_arrays",
+    "saved_json",
     "_version",
 }
 LAYERS = (  # from the bottom; those of one line know nothing of each other

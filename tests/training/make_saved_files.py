@@ -1,6 +1,6 @@
-"""How the files of format 2 in `saved_files` were made; they are kept for ever, so do not make them anew.
+"""How the files of formats 2 and 3 in `saved_files` were made; they are kept for ever, so do not make them anew.
 
-Each learner was saved after 6 episodes (of a window of 4 where there is a tensor step); ``format2_after.npz`` holds its
+Each learner was saved after 6 episodes (of a window of 4 where there is a tensor step); ``formatN_after.npz`` holds its
 tables, steps and returns after 6 more. A new format gets a function and files of its own: ``python -m
 tests.training.make_saved_files FOLDER`` writes those of the present one.
 """

@@ -14,6 +14,7 @@ from tuckerl.errors import ParameterError
 from tuckerl.generalization.change_log import record_change
 from tuckerl.generalization.sharing import ShareContext
 from tuckerl.rng import below
+from tuckerl.saved_arrays import SavedArrays
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.declared_state import (
@@ -22,7 +23,7 @@ from tuckerl.training.declared_state import (
     DeclaredArray,
     DeclaredRecord,
     Sharing,
-    restore_state,
+    read_state,
     saved_state,
     share_state,
 )
@@ -176,13 +177,11 @@ def test_records_go_along_with_a_copy_and_begin_anew_with_a_mixture() -> None:
 def test_files_know_arrays_by_their_names() -> None:
     plain, grouped = DeclaredArray("counts", "none", (2,)), DeclaredArray("model.reward", "none", (2,))
     record = DeclaredRecord("notes", "none", lambda n_states, n_actions: Notes())
-    held = saved_state(plain, 1, np.array([1.0, 2.0])) | saved_state(grouped, 1, np.array([3.0, 4.0]))
-    held |= saved_state(record, 1, Notes(5, 6))
-    assert set(held) == {"counts.1", "model1.reward", "notes1.numbers", "notes1.count"}
-    one, other, notes = np.zeros(2), np.zeros(2), Notes()
-    restore_state(plain, 1, one, held)
-    restore_state(grouped, 1, other, held)
-    restore_state(record, 1, notes, held | {"notes10.numbers": np.zeros(1), "notes11.numbers": np.zeros(1)})
+    held = saved_state(plain, np.array([1.0, 2.0])) | saved_state(grouped, np.array([3.0, 4.0]))
+    held |= saved_state(record, Notes(5, 6))
+    assert set(held) == {"arrays/counts", "arrays/model.reward", "records/notes/numbers", "records/notes/count"}
+    arrays = SavedArrays.of(held | {"records/notes1/numbers": np.zeros(1)})
+    one, other, notes = (read_state(each, arrays, INITIAL, finite=True) for each in (plain, grouped, record))
     assert (one.tolist(), other.tolist(), notes.numbers) == ([1, 2], [3, 4], [5, 6])
 
 

@@ -52,7 +52,7 @@ def test_longer_files_are_refused(path: Path) -> None:
 def test_a_newer_version_is_refused(path: Path) -> None:
     first, _, rest = path.read_bytes().partition(b"\n")
     path.write_bytes(first[:-1] + b"12\n" + rest)
-    with pytest.raises(SavedFileError, match=r"has format 12, and this version .* up to format 2: update tuckerl"):
+    with pytest.raises(SavedFileError, match=r"has format 12, and this version .* up to format 3: update tuckerl"):
         QLearning.load(path)
 
 
@@ -67,7 +67,7 @@ def test_other_files_are_refused(content: bytes, path: Path) -> None:
 def test_a_body_that_is_no_archive_is_refused(body: bytes, path: Path) -> None:
     digest = hashlib.sha256(body).hexdigest().encode()
     path.write_bytes(b"tuckerl learner, format 2\n" + digest + b"\n" + body)
-    with pytest.raises(SavedFileError, match="holds no readable learner"):
+    with pytest.raises(SavedFileError, match="holds no sound learner"):
         QLearning.load(path)
 
 
@@ -81,7 +81,7 @@ def test_there_are_no_pickled_objects_in_it(tmp_path: Path) -> None:
     body = (tmp_path / "agent.tuckerl").read_bytes().split(b"\n", 2)[2]
     with np.load(io.BytesIO(body), allow_pickle=False) as archive:
         for name in archive.files:
-            assert not archive[name].dtype.hasobject
+            assert name == "manifest.json" or not archive[name].dtype.hasobject
 
 
 def test_saving_replaces_a_file_and_leaves_nothing_beside_it(path: Path) -> None:

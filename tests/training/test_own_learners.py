@@ -103,9 +103,8 @@ def test_parameters_of_users_own_keep_their_names_and_values_in_files(tmp_path: 
     learner = Own(WORLD, "independent", cut_traces, seed=0).learn(5)
     path = tmp_path / "agent"
     learner.save(path)
-    stored = learner_file.read(path)[0]["parameters"]
-    assert (stored["walk"], stored["cut_traces"]) == ("independent", cut_traces)
-    assert stored["lift"] is True  # a parameter of the library's, under the name that files know
+    stored = learner_file.read(path).header["parameters"]
+    assert (stored["walk"], stored["cut_traces"], stored["compiled"]) == ("independent", cut_traces, "auto")
     again = Own.load(path)
     assert (again.walk, again.cut_traces, again.compiled) == ("independent", cut_traces, "auto")
     assert_same(again.learn(5), learner.learn(5))

@@ -3,14 +3,19 @@
 To add a kind, write its file (see :mod:`tuckerl.problems.problem`) and list it in `PROBLEM_KINDS`.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypedDict
+
+import numpy as np
 
 from tuckerl.adapters.resolve import AdapterOptions, Environment, as_problem
 from tuckerl.errors import SavedFileError
 from tuckerl.problems.problem import Arrays, Header, Problem
 from tuckerl.registers import load
+from tuckerl.saved_arrays import SavedArrays
+from tuckerl.saved_json import checked_json
 
 
 class ProblemKind(NamedTuple):
@@ -35,44 +40,38 @@ PROBLEM_KINDS: dict[str, ProblemKind] = {
     ),
 }
 
-_STORED_KINDS = {"gymnasium": "SteppedProblem", "pettingzoo": "PlayersProblem"}
-"""What formats 1 and 2 call kinds that have other names today."""
 
-_FLAT_KINDS = {"table": "n_states", "simulator": "simulator"}
-"""Kinds whose header stands in the file without their name around it, and the entry by which it is recognised."""
+class _StoredProblem(TypedDict):
+    """What a file says of a problem: its kind, and what that kind holds."""
+
+    kind: str
+    held: dict[str, Any]
 
 
 def save_problem(problem: Problem) -> tuple[Header, Arrays]:
     """Return what a saved file holds of a problem."""
     header, arrays = problem.save()
-    if "action_mask" in arrays:  # formats 1 and 2 hold what may not be done
-        arrays["forbidden"] = ~arrays.pop("action_mask")
-    if problem.kind not in _FLAT_KINDS:
-        header = {_STORED_KINDS.get(problem.kind, problem.kind): header}
-    return header, arrays
+    return {"kind": problem.kind, "held": header}, arrays
 
 
 def restore_problem(
-    header: Header, arrays: Arrays, env: Environment | None, path: Path, options: AdapterOptions
+    header: Header, arrays: Mapping[str, np.ndarray], env: Environment | None, path: Path, options: AdapterOptions
 ) -> Problem:
     """Return the problem that `save_problem` took apart; one that is code, from the environment that is given.
 
     Raises
     ------
     SavedFileError
-        If an environment is needed and none is given, or the kind is not known.
+        If an environment is needed and none is given, the kind is not known, or what is held is no such problem.
     ParameterError
         If the one given is another kind of problem or has other sizes, or none is needed.
     """
-    stored = {kind: _FLAT_KINDS.get(kind, _STORED_KINDS.get(kind, kind)) for kind in PROBLEM_KINDS}
-    kind = next((kind for kind, key in stored.items() if key in header), None)
-    if kind is None:
+    stored = checked_json(header, _StoredProblem, f"the problem in {path}")
+    if stored["kind"] not in PROBLEM_KINDS:
         raise SavedFileError(f"{path} holds a problem of an unknown kind: import the module that registers it first")
-    if "forbidden" in arrays:
-        arrays = arrays | {"action_mask": ~arrays["forbidden"]}
-    own = header if kind in _FLAT_KINDS else header[stored[kind]]
 
     def resolve(given: Environment, **changes: Any) -> Problem:
         return as_problem(given, replace(options, **changes))
 
-    return PROBLEM_KINDS[kind].load().restore(own, arrays, env, resolve, path)
+    kind = PROBLEM_KINDS[stored["kind"]].load()
+    return kind.restore(stored["held"], SavedArrays.of(arrays), env, resolve, path)

@@ -1,9 +1,10 @@
 """What all problems that Python steps have in common: numbers for observations and actions, time limits, files."""
 
+import sys
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NotRequired, TypedDict
 
 import gymnasium
 import numpy as np
@@ -15,11 +16,24 @@ from tuckerl.adapters.python_world import EnvironmentCopies
 from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.problems.parts import STEP_CAP, StateFactor
 from tuckerl.problems.problem import GIVE_ENV, Arrays, Choose, Header, Problem
+from tuckerl.saved_arrays import SavedArrays
+from tuckerl.saved_json import checked_json
+from tuckerl.spaces.bins import MOST_BINS
 from tuckerl.spaces.description import Description, describe_numbers, describe_space, digest, first_difference
 from tuckerl.spaces.encoder import SpaceEncoder, check_countable, digit_names, space_encoder, space_encoder_of_edges
 from tuckerl.types import BoolArray, FloatArray
 
 _FEW_EDGES = 16  # dimensions whose edges a file describes one by one
+
+
+class _StoredProblem(TypedDict):
+    """What a file holds of an environment beside the edges of its bins."""
+
+    id: str | None
+    source: str
+    sizes: tuple[int, int, int | None]
+    agents: list[str]
+    description: NotRequired[dict[str, Any]]  # older files have none
 
 
 class Edges(NamedTuple):
@@ -204,7 +218,7 @@ class PythonProblem(Problem):
         """Return the environment's id, sizes and agents, and the edges of its bins."""
         agents = [str(agent) for agent in self.agents]
         arrays = {
-            f"edges{place}.{i:06}": edges
+            f"edges/{place}/{i:06}": edges
             for place, own in enumerate(self.spaces)
             for i, edges in enumerate(own.observations.edges)
         }
@@ -234,9 +248,12 @@ class PythonProblem(Problem):
 
     @classmethod
     def restore(
-        cls, header: Header, arrays: Arrays, given: Any, resolve: Callable[..., Problem], path: Path
+        cls, header: Header, arrays: SavedArrays, given: Any, resolve: Callable[..., Problem], path: Path
     ) -> Problem:
         """Return the problem of the environment that the user gave, or that its id makes, with the saved bins."""
+        checked_json(header, _StoredProblem, f"the environment in {path}")
+        if given is None and header["id"] is not None:
+            _check_imported(header["id"], path)
         if given is None and header["id"] is None:
             raise SavedFileError(
                 f"{path} was learned on an environment that no file holds, {header['source']}: {GIVE_ENV}"
@@ -255,10 +272,26 @@ class PythonProblem(Problem):
         return problem
 
 
-def _restored_edges(arrays: Arrays) -> Edges | None:
+def _check_imported(env_id: str, path: Path) -> None:
+    """Refuse an id that names a module (``"module:Env-v0"``) which Gymnasium would import: a file runs no code.
+
+    Raises
+    ------
+    SavedFileError
+        If it names one that has not been imported.
+    """
+    module = env_id.rpartition(":")[0]
+    if module and module not in sys.modules:
+        raise SavedFileError(
+            f"{path} was learned on {env_id!r:.80}, of a module that has not been imported: import it if you trust the "
+            "file, or pass load() its env"
+        )
+
+
+def _restored_edges(arrays: SavedArrays) -> Edges | None:
     """Return the edges in a saved file's arrays, None where no observation is a Box."""
-    by_agent: dict[int, tuple[FloatArray, ...]] = {}
-    for name in sorted(arrays):
-        place = int(name.removeprefix("edges").partition(".")[0])
-        by_agent[place] = (*by_agent.get(place, ()), arrays[name])
+    edges, by_agent = arrays.group("edges"), {}
+    for place in sorted({name.partition("/")[0] for name in edges}):
+        own = edges.group(place)
+        by_agent[int(place)] = tuple(own.take(name, np.float64, (range(MOST_BINS),)) for name in sorted(own))
     return Edges(by_agent) if by_agent else None

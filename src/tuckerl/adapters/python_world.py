@@ -196,6 +196,11 @@ class PythonWorld(World):
         elif mask is not None:
             raise ProblemError(MASK_IS_LATE)
 
+    @property
+    def n_own_actions(self) -> tuple[int, ...]:
+        """How many of the actions each table's agent has; no mask allows those beyond."""
+        return tuple(own.shape[1] for own in self._own_masks)
+
     def seed(self, sequence: np.random.SeedSequence) -> None:
         """Seed the environment's resets from `sequence`."""
         self.seeds.sequence = child(sequence, 0)

@@ -1,12 +1,22 @@
 """Seeds for the resets of environments, so that a saved learner goes on to the last bit."""
 
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
 from tuckerl.adapters.joint import innermost
 from tuckerl.errors import SavedFileError
-from tuckerl.rng import child, seed_sequence
+from tuckerl.rng import child, generator_as_json, restore_generator, seed_sequence
+from tuckerl.saved_json import checked_json
+
+_MOST_RESETS = 2**63
+
+
+class _StoredSeeds(TypedDict):
+    """What a file holds of an environment's seeds."""
+
+    resets: int
+    generator: dict[str, Any] | None
 
 
 class EpisodeSeeds:
@@ -60,7 +70,7 @@ class EpisodeSeeds:
     def saved(self) -> dict[str, Any]:
         """Return as JSON what `restore` goes on from."""
         generator = generator_of(self._env) if self._n_resets else None
-        return {"resets": self._n_resets, "generator": None if generator is None else _as_json(generator)}
+        return {"resets": self._n_resets, "generator": None if generator is None else generator_as_json(generator)}
 
     def restore(self, header: dict[str, Any]) -> None:
         """Go on from what `saved` returned.
@@ -68,20 +78,23 @@ class EpisodeSeeds:
         Raises
         ------
         SavedFileError
-            If the environment has no generator any more, or one of another kind.
+            If the environment has no generator any more, or one of another kind, or no such seeds are held.
         """
-        self._n_resets = int(header["resets"])
+        checked_json(header, _StoredSeeds, "the seeds of an environment")
+        if not 0 <= header["resets"] < _MOST_RESETS:
+            raise SavedFileError(f"an environment was reset at least 0 times; it holds {header['resets']}")
+        self._n_resets = header["resets"]
         if header["generator"] is None:
             return
         self._seeded(0)
         generator = generator_of(self._env)
         held = header["generator"]
-        if generator is None or type(generator.bit_generator).__name__ != held["bit_generator"]:
+        if generator is None or type(generator.bit_generator).__name__ != held.get("bit_generator"):
             raise SavedFileError(
-                f"the saved environment drew from np_random, a {held['bit_generator']}; this one does not: load with "
-                "the same environment"
+                f"the saved environment drew from np_random, a {held.get('bit_generator')!s:.40}; this one does not: "
+                "load with the same environment"
             )
-        generator.bit_generator.state = held
+        restore_generator(generator, held)
 
 
 def generator_of(env: Any) -> np.random.Generator | None:
@@ -92,12 +105,3 @@ def generator_of(env: Any) -> np.random.Generator | None:
     if generator is None and not hasattr(type(inner), "np_random"):
         generator = getattr(inner, "np_random", None)
     return generator if isinstance(generator, np.random.Generator) else None
-
-
-def _as_json(generator: np.random.Generator) -> Any:
-    def plain(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {name: plain(part) for name, part in value.items()}
-        return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-
-    return plain(generator.bit_generator.state)

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tuckerl._jit import is_rare, kernel
+from tuckerl.errors import SavedFileError
+from tuckerl.saved_arrays import SavedArrays, check_distinct
 from tuckerl.types import ByteArray, FloatArray, IntArray
 
 ENTRIES, EPISODES, CLOCK, STRAY, UNDO_ENTRIES, UNDO_CLOCK = range(6)
@@ -96,6 +98,39 @@ def saved_log(log: ChangeLog) -> dict[str, np.ndarray]:
     """Return the arrays from which `restore_log` goes on, taken between two episodes."""
     entries, episodes = log.cursor[ENTRIES], log.cursor[EPISODES]
     return {"state": log.state[:entries], "row": log.row[:entries], "end": log.end[:episodes]}
+
+
+def read_log(
+    arrays: SavedArrays, log: ChangeLog, n_actions: int, n_closed: int | None, *, finite: bool
+) -> dict[str, np.ndarray]:
+    """Return the arrays that `saved_log` returned, from a file.
+
+    Parameters
+    ----------
+    arrays : SavedArrays
+    log : ChangeLog
+        One of the same size, which is not changed.
+    n_actions : int
+    n_closed : int or None
+        How many episodes of the window the agent has finished; None where that is not known.
+    finite : bool
+        Whether its rows must be finite.
+
+    Raises
+    ------
+    SavedFileError
+        If they are none of such a log's: kernels would write beyond its arrays.
+    """
+    n_states, capacity, n_episodes = log.stamp.size, log.state.size, log.end.size
+    end = arrays.take("end", np.int64, (range(n_episodes + 1),), 0, capacity)
+    state = arrays.take("state", np.int64, (range(capacity + 1),), 0, n_states - 1)
+    closed = int(end[-1]) if end.size else 0
+    row = arrays.take("row", np.float64, (closed, n_actions), finite=finite)
+    if (log.enabled and n_closed not in (None, end.size)) or (np.diff(end) < 0).any() or closed > state.size:
+        raise SavedFileError("a change log must have an end for each episode of its window, and these must rise")
+    episode = np.repeat(np.arange(end.size + 1), np.diff(end, prepend=0, append=state.size))
+    check_distinct("each episode of a change log", episode * n_states + state)
+    return {"state": state, "row": row, "end": end}
 
 
 def restore_log(log: ChangeLog, arrays: dict[str, np.ndarray]) -> None:

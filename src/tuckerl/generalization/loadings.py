@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tuckerl.saved_arrays import SavedArrays, check_distinct
 from tuckerl.tensor import TuckerDecomposition
-from tuckerl.types import FloatArray, IntArray
+from tuckerl.types import FloatArray, IntArray, Ranks
 
 STATES, ACTIONS, EPISODES, AGENTS = range(4)
 
@@ -36,9 +37,9 @@ class Loadings(NamedTuple):
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays from which `loadings_of_arrays` makes them again."""
-        factors = {f"loadings.factor{mode}": factor for mode, factor in enumerate(self.factors)}
-        numbers = {"loadings.episode": np.array(self.episode), "loadings.fit": np.array(self.fit)}
-        return {"loadings.states": self.states, "loadings.core": self.core, **factors, **numbers}
+        factors = {f"factor{mode}": factor for mode, factor in enumerate(self.factors)}
+        numbers = {"episode": np.array(self.episode), "fit": np.array(self.fit)}
+        return {"states": self.states, "core": self.core, **factors, **numbers}
 
 
 def loadings_of(decomposition: TuckerDecomposition, states: IntArray, episode: int) -> Loadings:
@@ -48,10 +49,34 @@ def loadings_of(decomposition: TuckerDecomposition, states: IntArray, episode: i
     return Loadings(states, factors, decomposition.core, episode, decomposition.fit)
 
 
-def loadings_of_arrays(arrays: dict[str, np.ndarray]) -> Loadings | None:
-    """Return the loadings that a saved learner holds; None where nothing was decomposed, or of a file of format 1."""
-    if "loadings.states" not in arrays:
+def read_loadings(
+    arrays: SavedArrays, sizes: tuple[int, int, int, int], ranks: Ranks, episodes: int
+) -> Loadings | None:
+    """Return the loadings that a file holds; None where nothing was decomposed, or of a file of format 1.
+
+    Parameters
+    ----------
+    arrays : SavedArrays
+        As `Loadings.to_arrays` returns them.
+    sizes : four ints
+        How many states, actions, episodes and agents the tables have.
+    ranks : four ints
+        The most columns of each factor.
+    episodes : int
+        How many were finished.
+
+    Raises
+    ------
+    SavedFileError
+        If they are none of such tables'.
+    """
+    if not len(arrays):
         return None
-    factors = tuple(arrays[f"loadings.factor{mode}"] for mode in range(4))
-    episode, fit = int(arrays["loadings.episode"]), float(arrays["loadings.fit"])
-    return Loadings(arrays["loadings.states"], factors, arrays["loadings.core"], episode, fit)
+    states = arrays.take("states", np.int64, (range(sizes[STATES] + 1),), 0, sizes[STATES] - 1)
+    check_distinct("the states of the loadings", states)
+    core = arrays.take("core", np.float64, tuple(range(1, rank + 1) for rank in ranks))
+    rows = (states.size, *sizes[ACTIONS:])
+    factors = tuple(arrays.take(f"factor{k}", np.float64, (rows[k], core.shape[k]), finite=True) for k in range(4))
+    episode = arrays.take("episode", np.int64, (), 1, episodes)
+    fit = arrays.take("fit", np.float64, ())
+    return Loadings(states, factors, core, int(episode), float(fit))

@@ -13,6 +13,7 @@ import numpy as np
 
 from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import ENTRIES, ChangeLog, restart_log
+from tuckerl.saved_arrays import SavedArrays, check_distinct
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 
@@ -27,6 +28,11 @@ class Snapshots:
         self.states: IntArray = np.zeros(0, dtype=np.int64)  # (V,) the touched states, in that order
         self.changed: IntArray = np.zeros(0, dtype=np.int64)  # (C,) those that changed in the latest tensor's window
         self._base: FloatArray = np.zeros((0, n_actions, n_agents))  # their rows when the window began
+
+    @property
+    def n_states(self) -> int:
+        """Rows of a table."""
+        return len(self._initial_q)
 
     def tensor(self, logs: tuple[ChangeLog, ...], unit: float = 1.0) -> FloatArray:
         """Return the window's tables as a (C + at most A x N + A, A, E, N) array, C rows being those that changed.
@@ -63,8 +69,22 @@ class Snapshots:
         """Return the arrays from which `restore` goes on."""
         return {"states": self.states, "base": self._base}
 
+    def read(self, arrays: SavedArrays, *, finite: bool) -> dict[str, np.ndarray]:
+        """Return the arrays that `saved` returned, from a file; where they must be `finite`, they are.
+
+        Raises
+        ------
+        SavedFileError
+            If they are none of such tables'.
+        """
+        n_states, n_actions = self._initial_q.shape
+        states = arrays.take("states", np.int64, (range(n_states + 1),), 0, n_states - 1)
+        check_distinct("the states of a window", states)
+        base = arrays.take("base", np.float64, (states.size, n_actions, self._n_agents), finite=finite)
+        return {"states": states, "base": base}
+
     def restore(self, arrays: dict[str, np.ndarray]) -> None:
-        """Go on from what `saved` returned."""
+        """Go on from what `saved` or `read` returned."""
         self.states, self._base = arrays["states"], arrays["base"]
         self._position[self.states] = np.arange(self.states.size)
 

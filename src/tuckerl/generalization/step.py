@@ -23,14 +23,16 @@ from tuckerl.errors import (
     ParameterError,
     ParameterTypeError,
     RankWarning,
+    SavedFileError,
     ZeroWeightWarning,
 )
 from tuckerl.generalization.change_log import ChangeLog
-from tuckerl.generalization.loadings import Loadings, loadings_of, loadings_of_arrays
+from tuckerl.generalization.loadings import Loadings, loadings_of, read_loadings
 from tuckerl.generalization.sharing import SHARING_RULES, ShareContext, ShareFunction, SharingRule, custom_sharing
 from tuckerl.generalization.snapshots import Snapshots
 from tuckerl.generalization.weights import WEIGHTINGS, WeightFunction, Weighting, custom_weighting
 from tuckerl.rng import child
+from tuckerl.saved_arrays import ANY_LENGTH, SavedArrays, grouped
 from tuckerl.tensor import TuckerDecomposition, decompose
 from tuckerl.types import BoolArray, FloatArray, IntArray, Ranks
 
@@ -170,6 +172,14 @@ class TensorStepResult(NamedTuple):
     finite: bool  # False where a table is not finite any more
 
 
+class HeldStep(NamedTuple):
+    """What a file holds of a learner's use of a tensor step."""
+
+    snapshots: dict[str, np.ndarray]
+    history: TensorStepHistory
+    loadings: Loadings | None
+
+
 class TensorStepState:
     """One learner's use of a :class:`TensorStep`: the tables of its window, its warnings and its history."""
 
@@ -275,16 +285,52 @@ class TensorStepState:
     def saved(self) -> dict[str, np.ndarray]:
         """Return the arrays from which `restore` goes on."""
         arrays = {**self.snapshots.saved(), **self.history._asdict()}
-        return arrays if self.loadings is None else arrays | self.loadings.to_arrays()
+        return arrays if self.loadings is None else arrays | grouped("loadings", self.loadings.to_arrays())
 
-    def restore(self, arrays: dict[str, np.ndarray]) -> None:
-        """Go on from what `saved` returned."""
-        self.snapshots.restore(arrays)
-        self.loadings = loadings_of_arrays(arrays)
-        columns = (arrays[name] for name in TensorStepHistory._fields)
+    def read(self, arrays: SavedArrays, finished: IntArray, *, diverged: bool) -> "HeldStep":
+        """Return what a file holds of a learner's use of this step.
+
+        Parameters
+        ----------
+        arrays : SavedArrays
+            As `saved` returned them.
+        finished : (N,) int64
+            The episodes that each agent has finished.
+        diverged : bool
+            Whether a table was not finite any more.
+
+        Raises
+        ------
+        SavedFileError
+            If it is none of such a learner's.
+        """
+        every, n_agents, n_actions = self.step.every, self._n_agents, self._n_actions
+        episode = arrays.take("episode", np.int64, (ANY_LENGTH,))
+        n, episodes = episode.size, int(finished.min())
+        is_due = n == episodes // every - 1 and (episodes % every == 0 or diverged)
+        if not (n == episodes // every or is_due) or finished.max() > (n + 1) * every:
+            raise SavedFileError(f"its windows of {every} episodes are not those of the episodes that it has")
+        if not np.array_equal(episode, every * np.arange(1, n + 1)):
+            raise SavedFileError(f"its windows must end every {every} episodes")
+        fit = arrays.take("fit", np.float64, (n,))
+        history = TensorStepHistory(
+            episode,
+            arrays.take("weights", np.float64, (n, n_actions), 0.0, finite=True),
+            arrays.take("chosen", np.int64, (n,), -1, n_agents - 1),
+            fit,
+            arrays.take("ranks", np.int64, (n, 4), -1),
+        )
+        sizes = (self.snapshots.n_states, n_actions, every, n_agents)
+        loadings = read_loadings(arrays.group("loadings"), sizes, self.step.ranks, episodes)
+        return HeldStep(self.snapshots.read(arrays, finite=not diverged), history, loadings)
+
+    def restore(self, held: "HeldStep") -> None:
+        """Go on from what `read` returned."""
+        self.snapshots.restore(held.snapshots)
+        self.loadings = held.loadings
         self._history = [
             (int(episode), weights, int(chosen), float(fit), tuple(int(rank) for rank in ranks))
-            for episode, weights, chosen, fit, ranks in zip(*columns, strict=True)
+            for episode, weights, chosen, fit, ranks in zip(*held.history, strict=True)
         ]
 
     def _warn(self, category: type[Warning], message: str) -> None:

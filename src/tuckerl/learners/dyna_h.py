@@ -5,6 +5,7 @@ state the modelled action that leads FARTHEST from the goal by a heuristic H, so
 being walked. (Santos, Martin H. and Lopez 2011, arXiv:1101.4003.)
 """
 
+from collections.abc import Mapping
 from enum import IntEnum
 from typing import Any, Literal, NamedTuple, Unpack
 
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int, check_name
-from tuckerl.errors import ImmutableError, ProblemError
+from tuckerl.errors import ImmutableError, ProblemError, SavedFileError
 from tuckerl.generalization.change_log import record_change
 from tuckerl.learners.q_learning import move_towards_target
 from tuckerl.problems.immutable import read_only
@@ -200,12 +201,33 @@ class DynaH(Learner):
         return (
             DeclaredArray("model.outcome", "none", dtype=OUTCOME),
             DeclaredArray("model.distance", "none"),
-            *(
-                DeclaredArray(f"model.{name}", "none", states, np.uint32)
-                for name in ("farthest", "n_farthest", "observed")
-            ),
-            DeclaredArray("model.n_observed", "none", (1,), np.int64),
+            DeclaredArray("model.farthest", "none", states, np.uint32, bounds="actions"),
+            DeclaredArray("model.n_farthest", "none", states, np.uint32, bounds=(0, self.problem.n_actions)),
+            DeclaredArray("model.observed", "none", states, np.uint32, bounds="states"),
+            DeclaredArray("model.n_observed", "none", (1,), np.int64, bounds=(0, self.problem.n_states)),
         )
+
+    def check_declared(self, declared: Mapping[str, Any]) -> None:
+        """Refuse a model of a file whose parts contradict each other: planning uses them as indices."""
+        count, n = declared["model.n_farthest"], int(declared["model.n_observed"][0])
+        states = declared["model.observed"][:n]
+        if np.unique(states).size < n or not np.array_equal(np.sort(states), np.flatnonzero(count)):
+            raise SavedFileError("the observed states of a model must be those of which it has actions, each once")
+        distance, outcome = declared["model.distance"][states], declared["model.outcome"][states]
+        modelled = distance > -np.inf
+        farthest = distance.max(axis=1, keepdims=True) == distance
+        known = outcome[modelled]
+        is_sound = (
+            not np.isnan(distance).any()
+            and np.array_equal(farthest.sum(axis=1), count[states])
+            and np.array_equal(farthest.argmax(axis=1), declared["model.farthest"][states])
+            and modelled.any(axis=1).all()
+            and (known["next_state"] < self.problem.n_states).all()
+            and np.isfinite(known["reward"]).all()
+            and ((known["discount"] >= 0.0) & (known["discount"] <= 1.0)).all()
+        )
+        if not is_sound or not np.array_equal(distance[modelled], self.heuristic[known["next_state"]]):
+            raise SavedFileError("the farthest actions of a model must be those of its outcomes")
 
     def revise_state(self, before: Settings, now: Settings) -> None:
         """Give what the models hold the discounts and distances of now.

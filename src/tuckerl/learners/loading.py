@@ -46,14 +46,14 @@ def load(
     'Sarsa'
     """
     saved = persistence.read(Path(path))
-    held = saved.header["learner"]
-    own = {entry.class_name: entry.load() for entry in LEARNERS}
-    known = {kind.__name__: kind for kind in _subclasses()} | own  # ours go before others of the same name
-    if held not in known:
-        raise SavedFileError(
-            f"{path} holds a {held}, which is none of {', '.join(own)}: import the module that defines it first"
-        )
-    return persistence.load(known[held], saved, env=env, tensor_step=tensor_step, changes=parameters)
+    own = [entry.load() for entry in LEARNERS]
+    known = next((kind for kind in (*own, *_subclasses()) if saved.is_of(kind)), None)  # ours go before others
+    if known is None:
+        module, _, name = saved.header["learner"].rpartition(":")
+        names = ", ".join(kind.__name__ for kind in own)
+        where = f"import the module {module}, which defines it" if module else "import the module that defines it"
+        raise SavedFileError(f"{path} holds a {name!s:.80}, which is none of {names}: {where:.120} first")
+    return persistence.load(known, saved, env=env, tensor_step=tensor_step, changes=parameters)
 
 
 def _subclasses() -> list[type[Learner]]:

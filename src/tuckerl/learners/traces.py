@@ -13,13 +13,13 @@ Before phi gets too small to be divided by, a new *epoch* begins from phi = 1 an
 at in an earlier epoch finds there what it needs to catch up, so no step waits until all rows are moved to the new one.
 """
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import ChangeLog, keep_row, record_change
+from tuckerl.saved_arrays import SavedArrays, check_distinct
 from tuckerl.types import FloatArray, IntArray, StateArray
 
 _NEW_EPOCH_BELOW = 1e-8
@@ -62,15 +62,25 @@ class Traces(NamedTuple):
         slots = slice(1, self.cursor[ROWS] + 1)
         return {"state": self.state[slots].copy(), "constant": self.constant[slots].copy()}
 
-    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Replace the traces by those that `to_arrays` returned, if an episode may begin with traces."""
+    def set_arrays(self, arrays: SavedArrays) -> None:
+        """Replace the traces by those that `to_arrays` returned, if an episode may begin with traces.
+
+        Raises
+        ------
+        SavedFileError
+            If they are no traces: kernels use states as indices, and slots are as many as states.
+        """
+        n_states = self.slot.size
+        states = arrays.take("state", np.uint32, (range(n_states + 1),), 0, n_states - 1)
+        check_distinct("the states that have traces", states)
+        traces = arrays.take("constant", np.float64, (states.size, self.constant.shape[1]), 0.0, finite=True)
         self.clear()
         if not self.decay.carried:
             return
-        n_rows = arrays["state"].size
+        n_rows = states.size
         slots = slice(1, n_rows + 1)
-        self.state[slots], self.constant[slots] = arrays["state"], arrays["constant"]
-        self.slot[arrays["state"]], self.cursor[ROWS] = np.arange(1, n_rows + 1), n_rows
+        self.state[slots], self.constant[slots] = states, traces
+        self.slot[states], self.cursor[ROWS] = np.arange(1, n_rows + 1), n_rows
         self.synced[slots], self.epoch[slots] = 0.0, 0
 
     def clear(self) -> None:

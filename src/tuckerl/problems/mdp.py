@@ -8,16 +8,19 @@ next state. (Puterman, *Markov Decision Processes*, 1994; Sutton and Barto, *Rei
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, NotRequired, Self, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, SavedFileError
 from tuckerl.problems.immutable import seal
-from tuckerl.problems.outcomes import check_mask, check_outcomes, check_start, joined_outcomes
+from tuckerl.problems.outcomes import check_mask, check_outcomes, check_start, joined_outcomes, read_transitions
 from tuckerl.problems.parts import NO_LIMIT, Layout, as_array, check_limit
 from tuckerl.problems.problem import Arrays, Header, Problem, not_the_saved
 from tuckerl.problems.worlds import World
+from tuckerl.saved_arrays import SavedArrays
+from tuckerl.saved_json import checked_json
 from tuckerl.spaces.description import Description, digest
 from tuckerl.types import BoolArray, FloatArray, IntArray, StateArray
 
@@ -40,6 +43,20 @@ class MDPArrays(NamedTuple):
     action_mask: BoolArray  # (S, A) True where an action may be taken, or (0, 0) where all may
     n_actions: int
     max_episode_steps: int  # NO_LIMIT where there is none
+
+
+class _StoredMDP(TypedDict):
+    """What a file holds of an MDP beside its arrays; format 1 holds no more than the first four."""
+
+    n_states: int
+    n_actions: int
+    max_episode_steps: int
+    action_sizes: list[int]
+    layout: NotRequired[tuple[int, int] | None]
+    is_capped: NotRequired[bool]
+    source: NotRequired[str | None]
+    action_names: NotRequired[list[str]]
+    state_factors: NotRequired[list[tuple[str, int]]]
 
 
 class TabularMDP(Problem):
@@ -215,23 +232,29 @@ class TabularMDP(Problem):
 
     @classmethod
     def restore(
-        cls, header: Header, arrays: Arrays, given: Any, resolve: Callable[..., Problem], path: Path
+        cls, header: Header, arrays: SavedArrays, given: Any, resolve: Callable[..., Problem], path: Path
     ) -> "TabularMDP":
-        """Return the MDP that `save` took apart; files of format 1 hold no action mask, layout or source.
+        """Return the MDP that `save` took apart, checked anew; files of format 1 hold no layout or source.
 
         The file holds all of it: an environment that is given is only compared.
         """
-        parts: Header = {"action_mask": np.zeros((0, 0), dtype=np.bool_)} | header | arrays
-        layout = header.get("layout")
-        mdp = cls.from_arrays(
-            MDPArrays(**{name: parts[name] for name in MDPArrays._fields}),
-            header["n_states"],
-            arrays.get("heuristic"),
-            header["action_sizes"],
-            None if layout is None else tuple(layout),
-            is_capped=header.get("is_capped", False),
-            **{name: header.get(name) for name in ("source", "action_names", "state_factors")},
-        )
+        try:
+            held = checked_json(header, _StoredMDP, "the table")
+            parts = read_transitions(arrays, held["n_states"], held["n_actions"])
+            layout = held.get("layout")
+            mdp = cls.from_arrays(
+                MDPArrays(**parts, n_actions=held["n_actions"], max_episode_steps=held["max_episode_steps"]),
+                held["n_states"],
+                arrays.take("heuristic", np.float64, (held["n_states"],)) if "heuristic" in arrays else None,
+                held["action_sizes"],
+                None if layout is None else (layout[0], layout[1]),
+                is_capped=held.get("is_capped", False),
+                source=held.get("source"),
+                action_names=held.get("action_names"),
+                state_factors=held.get("state_factors"),
+            )
+        except (SavedFileError, ProblemError, ParameterError, ParameterTypeError) as error:
+            raise SavedFileError(f"{path} holds no sound table: {error}") from error
         difference = None if given is None else mdp.difference(resolve(given))
         if difference:
             raise not_the_saved(path, difference)

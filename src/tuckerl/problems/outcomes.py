@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tuckerl.checks import check_int
-from tuckerl.errors import ParameterTypeError, ProblemError
+from tuckerl.errors import ParameterTypeError, ProblemError, SavedFileError
 from tuckerl.problems.parts import as_array, as_numbers
+from tuckerl.saved_arrays import SavedArrays
 from tuckerl.types import BoolArray, FloatArray, IntArray, StateArray
 
 SUM_TOLERANCE = 1e-8
@@ -144,3 +145,58 @@ def check_start(start: int | ArrayLike, n_states: int) -> tuple[StateArray, Floa
     p = normalised("start", values, "start's probabilities")
     states = np.flatnonzero(p > 0)
     return states.astype(np.uint32), np.cumsum(p[states])
+
+
+def read_transitions(arrays: SavedArrays, n_states: int, n_actions: int) -> dict[str, Any]:
+    """Return the arrays of a table of transitions that a file holds, checked as those that a user gives.
+
+    Parameters
+    ----------
+    arrays : SavedArrays
+        By the names of :class:`tuckerl.problems.mdp.MDPArrays`.
+    n_states, n_actions : int
+        As the file says.
+
+    Raises
+    ------
+    SavedFileError
+        If they are no such table.
+    """
+    pairs = check_int("n_states", n_states, 1) * check_int("n_actions", n_actions, 1)
+    offsets = arrays.take("offsets", np.int64, (range(0, pairs + 2, pairs + 1),), 0)
+    if offsets.size and (offsets[0] != 0 or (np.diff(offsets) < 1).any()):
+        raise SavedFileError("offsets must rise from 0, as each pair has an outcome")
+    n = int(offsets[-1]) if offsets.size else pairs
+    cumulative = arrays.take("cumulative", np.float64, (n if offsets.size else 0,))
+    if offsets.size:
+        _check_cumulative("cumulative", cumulative, offsets)
+    start_state = arrays.take("start_state", np.uint32, (range(1, n_states + 1),), 0, n_states - 1)
+    start_cumulative = arrays.take("start_cumulative", np.float64, start_state.shape)
+    _check_cumulative("start_cumulative", start_cumulative, np.array([0, start_state.size]))
+    if (np.diff(start_state.astype(np.int64)) < 1).any():
+        raise SavedFileError("start_state must hold each state once, in order")
+    size = arrays.shape("action_mask")
+    mask = arrays.take("action_mask", np.bool_, (0, 0) if size == (0, 0) else (n_states, n_actions))
+    if mask.size and not mask.any(axis=1).all():
+        raise SavedFileError("action_mask must allow an action in every state")
+    return {
+        "next_state": arrays.take("next_state", np.uint32, (n,), 0, n_states - 1),
+        "reward": arrays.take("reward", np.float64, (n,), finite=True),
+        "terminated": arrays.take("terminated", np.bool_, (n,)),
+        "offsets": offsets,
+        "cumulative": cumulative,
+        "start_state": start_state,
+        "start_cumulative": start_cumulative,
+        "action_mask": mask,
+    }
+
+
+def _check_cumulative(name: str, cumulative: FloatArray, offsets: IntArray) -> None:
+    """Refuse numbers that are not the summed probabilities of the outcomes between `offsets`."""
+    first = np.zeros(cumulative.size, dtype=np.bool_)
+    first[offsets[:-1]] = True
+    before = np.where(first, 0.0, np.concatenate([[0.0], cumulative[:-1]]))
+    last = cumulative[offsets[1:] - 1]
+    # Probabilities too small to change the sum leave it as it is.
+    if not ((cumulative >= before).all() and (cumulative > 0.0).all() and (np.abs(last - 1.0) <= SUM_TOLERANCE).all()):
+        raise SavedFileError(f"{name} must rise to 1 over the outcomes of each pair")

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NotRequired, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,14 @@ class StateFactor(NamedTuple):
 
     name: str
     size: int
+
+
+class StoredSimulator(TypedDict):
+    """What a file holds of a simulator; format 1 holds no more than its sizes."""
+
+    simulator: tuple[int, int, int | None]
+    source: NotRequired[str | None]
+    description: NotRequired[dict[str, Any]]
 
 
 def check_limit(max_episode_steps: int | None) -> int | None:

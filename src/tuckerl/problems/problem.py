@@ -30,6 +30,7 @@ from tuckerl.problems.parts import (
     check_states,
 )
 from tuckerl.problems.worlds import World
+from tuckerl.saved_arrays import SavedArrays
 from tuckerl.spaces.description import first_difference
 from tuckerl.types import BoolArray, FloatArray
 
@@ -276,14 +277,14 @@ class Problem(Described):
     @classmethod
     @abstractmethod
     def restore(
-        cls, header: Header, arrays: Arrays, given: Any, resolve: Callable[..., "Problem"], path: Path
+        cls, header: Header, arrays: SavedArrays, given: Any, resolve: Callable[..., "Problem"], path: Path
     ) -> "Problem":
         """Return the problem that `save` took apart.
 
         Parameters
         ----------
         header, arrays
-            What `save` returned.
+            What `save` returned, or what a stranger wrote: nothing is believed before it is checked.
         given
             The environment that the user gave, or None.
         resolve : callable
@@ -295,7 +296,7 @@ class Problem(Described):
         Raises
         ------
         SavedFileError
-            If an environment is needed and none is given.
+            If an environment is needed and none is given, or header or arrays are no such problem's.
         ParameterError
             If the one given differs from the one that was saved, or none is needed.
         """

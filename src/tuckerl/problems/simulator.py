@@ -29,9 +29,11 @@ from tuckerl._jit import compiled_function, kernel
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterTypeError, ProblemError, SavedFileError, SimulatorError
 from tuckerl.problems.dynamics import register_dynamics
-from tuckerl.problems.parts import NO_LIMIT, Layout, check_parameters
+from tuckerl.problems.parts import NO_LIMIT, Layout, StoredSimulator, check_parameters
 from tuckerl.problems.problem import GIVE_ENV, Arrays, Header, Problem
 from tuckerl.problems.worlds import World
+from tuckerl.saved_arrays import SavedArrays
+from tuckerl.saved_json import checked_json
 from tuckerl.spaces.description import Description, describe_numbers
 from tuckerl.types import FloatArray, Stream
 
@@ -243,8 +245,9 @@ class Simulator(Problem):
         return 8 * (NUMBERS + 2 * self.state_size)
 
     @cached_property
-    def _compiled(self) -> tuple[Any, ...]:
-        return tuple(compiled_function(getattr(self.functions, role), role) for role in _ARGUMENTS)
+    def _compiled(self) -> tuple[Any, Any, Any]:
+        reset, step, index = (compiled_function(getattr(self.functions, role), role) for role in _ARGUMENTS)
+        return reset, step, index
 
     def world(self) -> World:
         """Return one agent's own copy.
@@ -254,11 +257,8 @@ class Simulator(Problem):
         SimulatorError
             If a function cannot be compiled, or returns something of another kind than it should.
         """
-        reset, step, index = self._compiled
         arrays = SimulatorArrays(
-            reset=reset,
-            step=step,
-            index=index,
+            *self._compiled,
             parameters=self.parameters,
             state=np.zeros(self.state_size),
             fault=np.zeros(NUMBERS + self.state_size),
@@ -280,9 +280,10 @@ class Simulator(Problem):
 
     @classmethod
     def restore(
-        cls, header: Header, arrays: Arrays, given: Any, resolve: Callable[..., Problem], path: Path
+        cls, header: Header, arrays: SavedArrays, given: Any, resolve: Callable[..., Problem], path: Path
     ) -> Problem:
         """Return the simulator that the user gave, which must have the saved one's sizes and parameters."""
+        checked_json(header, StoredSimulator, f"the simulator in {path}")
         if given is None:
             raise SavedFileError(f"{path} was learned on a simulator, whose functions no file holds: {GIVE_ENV}")
         problem = resolve(given)

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tuckerl.errors import SavedFileError
 from tuckerl.types import BoolArray
 
 _NOTHING: BoolArray = np.zeros((0, 0), dtype=np.bool_)
@@ -28,6 +29,11 @@ class World:
     def __init__(self, arrays: NamedTuple, action_masks: tuple[BoolArray, ...] = (_NOTHING,)) -> None:
         self.arrays: Any = arrays
         self.action_masks = action_masks
+
+    @property
+    def n_own_actions(self) -> tuple[int, ...]:
+        """How many of the actions each table's agent has; no mask allows those beyond."""
+        return tuple(mask.shape[1] for mask in self.action_masks)
 
     def seed(self, sequence: np.random.SeedSequence) -> None:
         """Seed the environment, where kernels do not draw all that is random."""
@@ -56,4 +62,12 @@ class World:
         self.restore(original.saved())
 
     def restore(self, header: dict[str, Any]) -> None:
-        """Go on from what `saved` returned."""
+        """Go on from what `saved` returned.
+
+        Raises
+        ------
+        SavedFileError
+            If it is none of such a world's.
+        """
+        if header:
+            raise SavedFileError("it holds an environment's seeds, and this problem has none")

@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from tuckerl.errors import LearnerError
+from tuckerl.saved_arrays import SavedArrays
 from tuckerl.training.live_parameters import LiveParameters
 from tuckerl.training.parameters import given_parameters
 
@@ -37,8 +38,8 @@ class Copyable(LiveParameters):
             state = self._state
             kind: Any = type(self)
             made: Self = kind(self.problem.for_copy(state.worlds, memo), **given_parameters(self))
-            made._state.set_arrays({name: array.copy() for name, array in state.to_arrays().items()})
-            made._state.diverged_at = state.diverged_at
+            arrays = SavedArrays.of({name: array.copy() for name, array in state.to_arrays().items()})
+            made._state.restore(made._state.read(arrays, state.diverged_at))
             made._prediction_rng = copy.deepcopy(self._prediction_rng)
             for world, original in zip(made._state.worlds, state.worlds, strict=True):
                 world.follow(original)

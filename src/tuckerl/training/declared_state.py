@@ -4,15 +4,16 @@ From the declaration follow how they are allocated, saved, restored, and shared 
 (N,) weights by which a sharing rule mixes the tables of N agents: a single 1 copies one agent's.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import DTypeLike
 
-from tuckerl.errors import ImmutableError, ParameterError
+from tuckerl.errors import ImmutableError, ParameterError, SavedFileError
 from tuckerl.generalization.sharing import share_tables
+from tuckerl.saved_arrays import SavedArrays, grouped
 from tuckerl.types import FloatArray, IntArray
 
 Arrays = dict[str, np.ndarray]
@@ -27,8 +28,12 @@ class Record(Protocol):
     def to_arrays(self) -> Arrays:
         """Return copies of what `set_arrays` goes on from, taken between two episodes."""
 
-    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from what `to_arrays` returned."""
+    def set_arrays(self, arrays: SavedArrays) -> None:
+        """Go on from what `to_arrays` returned; what a file holds may have been written by anybody.
+
+        `arrays` is a mapping by name. Its `take` returns an array only if it has the type, shape and entries that are
+        asked for; whatever this raises, the file is refused.
+        """
 
     def clear(self) -> None:
         """Begin anew."""
@@ -53,6 +58,10 @@ class DeclaredArray:
     dtype
     initial : float
         What it is filled with; None fills it with the learner's `initial_q`, for which the shape must be (S, A).
+    bounds : "states", "actions" or (low, high), optional
+        What its entries may be: numbers of states or of actions, or numbers from low to high. A file in which they are
+        not is refused, so that a kernel may use them as indices. Rows that are shared ``"by_row"`` must be
+        distributions, or zero, and tables of values (`initial` None) finite.
     """
 
     name: str
@@ -60,8 +69,16 @@ class DeclaredArray:
     shape: tuple[int | str, ...] = ("states", "actions")
     dtype: DTypeLike = np.float64
     initial: float | None = 0.0
+    bounds: Literal["states", "actions"] | tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        _check_declared_name(self.name)
+        if isinstance(self.bounds, str) and self.bounds not in ("states", "actions"):
+            raise ParameterError(
+                f"bounds of {self.name!r} must be 'states', 'actions' or (low, high); got {self.bounds!r}"
+            )
+        if np.dtype(self.dtype).hasobject:
+            raise ParameterError(f"no file holds Python objects; {self.name!r} has dtype {np.dtype(self.dtype)}")
         if self.share not in SHARING:
             raise ParameterError(f"share of {self.name!r} must be one of {', '.join(SHARING)}; got {self.share!r}")
         unknown = [size for size in self.shape if isinstance(size, str) and size not in ("states", "actions")]
@@ -91,10 +108,14 @@ class DeclaredArray:
         """Whether agents share only those rows that were recorded as changed."""
         return self.share in ("by_entry", "by_row") and self.is_by_state
 
+    def sizes(self, initial_q: FloatArray) -> tuple[int, ...]:
+        """Return its shape; `initial_q` is (S, A)."""
+        sizes = {"states": initial_q.shape[0], "actions": initial_q.shape[1]}
+        return tuple(sizes[size] if isinstance(size, str) else size for size in self.shape)
+
     def create(self, initial_q: FloatArray) -> np.ndarray:
         """Return the array of one agent; `initial_q` is (S, A)."""
-        sizes = {"states": initial_q.shape[0], "actions": initial_q.shape[1]}
-        shape = tuple(sizes[size] if isinstance(size, str) else size for size in self.shape)
+        shape = self.sizes(initial_q)
         array = np.zeros(shape, dtype=self.dtype)  # zeros cost nothing until they are touched
         if self.initial is None:
             array += initial_q
@@ -118,6 +139,7 @@ class DeclaredRecord:
     create_record: Callable[[int, int], Record]
 
     def __post_init__(self) -> None:
+        _check_declared_name(self.name)
         if self.share not in ("copied", "none"):
             raise ParameterError(f"share of {self.name!r} must be copied or none; got {self.share!r}")
 
@@ -159,7 +181,7 @@ def share_state(
             if held is None:
                 record.clear()
             elif agent != heaviest:
-                record.set_arrays(held)
+                record.set_arrays(SavedArrays.of(held))
         return
     if declaration.share in ("heaviest", "copied"):
         source = values[heaviest] if is_copy or declaration.share == "heaviest" else declaration.create(initial_q)
@@ -197,7 +219,7 @@ def carried_over(before: Declaration | None, declaration: Declaration, value: An
         return declaration.create(initial_q) if before is None else value
     if isinstance(before, DeclaredRecord) and isinstance(declaration, DeclaredRecord):
         record = declaration.create(initial_q)
-        record.set_arrays(value.to_arrays())
+        record.set_arrays(SavedArrays.of(value.to_arrays()))
         return record
     if before.form == declaration.form:
         return value
@@ -207,23 +229,70 @@ def carried_over(before: Declaration | None, declaration: Declaration, value: An
     )
 
 
-def saved_state(declaration: Declaration, agent: int, value: Any) -> Arrays:
+def saved_state(declaration: Declaration, value: Any) -> Arrays:
     """Return what an agent holds under a declaration, by the names that files know."""
     if isinstance(declaration, DeclaredRecord):
-        return {f"{declaration.name}{agent}.{name}": array for name, array in value.to_arrays().items()}
-    return {_stored_name(declaration, agent): value}
+        return grouped(f"records/{declaration.name}", value.to_arrays())
+    return {f"arrays/{declaration.name}": value}
 
 
-def _stored_name(declaration: DeclaredArray, agent: int) -> str:
-    """Return what files call an agent's array: "model3.reward" for "model.reward", "second.3" for "second"."""
-    group, dot, member = declaration.name.partition(".")
-    return f"{group}{agent}.{member}" if dot else f"{group}.{agent}"
-
-
-def restore_state(declaration: Declaration, agent: int, value: Any, arrays: Mapping[str, np.ndarray]) -> None:
+def restore_state(declaration: Declaration, value: Any, arrays: Arrays) -> None:
     """Set what an agent holds under a declaration, in place, to what `saved_state` returned."""
     if isinstance(declaration, DeclaredRecord):
-        start = f"{declaration.name}{agent}."
-        value.set_arrays({name.removeprefix(start): part for name, part in arrays.items() if name.startswith(start)})
+        value.set_arrays(SavedArrays.of(arrays).group(f"records/{declaration.name}"))
     else:
-        value[...] = arrays[_stored_name(declaration, agent)]
+        value[...] = arrays[f"arrays/{declaration.name}"]
+
+
+def read_state(declaration: Declaration, arrays: SavedArrays, initial_q: FloatArray, *, finite: bool) -> Any:
+    """Return what an agent holds under a declaration in a file.
+
+    Parameters
+    ----------
+    declaration : Declaration
+    arrays : SavedArrays
+        The agent's, by the names of `saved_state`.
+    initial_q : (S, A) float64
+    finite : bool
+        Whether tables of values must be finite, as no table has diverged.
+
+    Raises
+    ------
+    SavedFileError
+        If that is not what is declared; a record raises what it likes.
+    """
+    if isinstance(declaration, DeclaredRecord):
+        record = declaration.create(initial_q)
+        record.set_arrays(arrays.group(f"records/{declaration.name}"))
+        return record
+    low, high = _limits(declaration, initial_q)
+    name, sizes, is_table = f"arrays/{declaration.name}", declaration.sizes(initial_q), declaration.initial is None
+    array = arrays.take(name, declaration.dtype, sizes, low, high, finite=finite and is_table)
+    if declaration.share == "by_row":
+        _check_distributions(declaration.name, array)
+    return array
+
+
+def _limits(declaration: DeclaredArray, initial_q: FloatArray) -> tuple[float | None, float | None]:
+    if isinstance(declaration.bounds, str):
+        return 0, initial_q.shape[0 if declaration.bounds == "states" else 1] - 1
+    return declaration.bounds or (None, None)
+
+
+_SUM_TOLERANCE = 1e-6  # rounding of many small changes
+
+
+def _check_distributions(name: str, array: FloatArray) -> None:
+    """Refuse rows that are neither distributions nor zero."""
+    sums = array.sum(axis=-1)
+    # Written so that NaN fails, too.
+    if not ((array >= -_SUM_TOLERANCE).all() and ((np.abs(sums - 1.0) <= _SUM_TOLERANCE) | ~array.any(axis=-1)).all()):
+        raise SavedFileError(f"the rows of {name!r} must be distributions, at least 0 and with the sum 1")
+
+
+def _check_declared_name(name: str) -> None:
+    """Refuse names that are no keywords, joined by dots: files tell arrays apart by them."""
+    if not all(part.isidentifier() for part in name.split(".")):
+        raise ParameterError(
+            f"the name of a declared array must be a keyword, or keywords joined by dots; got {name!r}"
+        )

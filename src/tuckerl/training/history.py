@@ -1,10 +1,14 @@
 """Steps and returns of the episodes of a learner's agents."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from tuckerl.errors import SavedFileError
+from tuckerl.saved_arrays import SavedArrays
 from tuckerl.types import FloatArray, IntArray
+
+_MOST_STEPS = 2**40  # more than any episode has, whatever its limit was, and few enough for sums of them
 
 
 class EpisodeHistory:
@@ -90,13 +94,39 @@ class EpisodeHistory:
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays from which `set_arrays` goes on."""
         n = self.most_episodes
-        return {"steps": self._steps[:, :n], "returns": self._returns[:, :n], "done": self.finished}
+        return {"steps": self._steps[:, :n], "returns": self._returns[:, :n], "finished": self.finished}
 
-    def set_arrays(self, arrays: dict[str, np.ndarray]) -> None:
-        """Go on from what `to_arrays` returned."""
-        self._steps, self._returns = arrays["steps"], arrays["returns"]
-        n_agents, n_episodes = self._steps.shape
-        self.finished = arrays.get("done", np.full(n_agents, n_episodes, dtype=np.int64))  # format 1: all equal
+    @staticmethod
+    def read(arrays: SavedArrays, n_agents: int, *, diverged: bool) -> dict[str, np.ndarray]:
+        """Return the arrays that `to_arrays` returned, from a file.
+
+        Parameters
+        ----------
+        arrays : SavedArrays
+        n_agents : int
+        diverged : bool
+            Whether returns may be NaN.
+
+        Raises
+        ------
+        SavedFileError
+            If they are none of so many agents'.
+        """
+        n_episodes = arrays.shape("steps")[-1:]
+        steps = arrays.take("steps", np.int64, (n_agents, *n_episodes), 0, _MOST_STEPS)
+        returns = arrays.take("returns", np.float64, (n_agents, *n_episodes))
+        finished = arrays.take("finished", np.int64, (n_agents,), 0)
+        if finished.max() != n_episodes[0]:
+            raise SavedFileError(
+                f"it has {n_episodes[0]} episodes, and the first to have finished most has another number"
+            )
+        if np.isnan(returns).any() and not diverged:  # sums of finite rewards may be infinite
+            raise SavedFileError("the returns of episodes must be numbers")
+        return {"steps": steps, "returns": returns, "finished": finished}
+
+    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from what `to_arrays` or `read` returned."""
+        self._steps, self._returns, self.finished = arrays["steps"], arrays["returns"], arrays["finished"]
         self.first_agent_steps = self._count(slice(int(self.finished[0])))
 
     def _count(self, episodes: slice) -> int:

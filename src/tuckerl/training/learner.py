@@ -210,6 +210,7 @@ class Learner(Copyable):
             rules=rules,
             max_episode_steps=self.problem.max_episode_steps,
             sequence=self.seed_sequence,
+            check_declared=self.check_declared,
         )
 
     # What a learner's author overrides.
@@ -220,6 +221,14 @@ class Learner(Copyable):
         The fields of `state_type` have their names (without what stands before a dot).
         """
         return ()
+
+    def check_declared(self, declared: Mapping[str, Any]) -> None:  # most learners need none
+        """Refuse what a file holds of one agent under `declare_state`, by name, if it contradicts itself.
+
+        Types, shapes and `bounds` are as declared. Whatever this raises, such as a
+        :class:`~tuckerl.errors.SavedFileError`, the file is refused. Kernels write and read without asking whether an
+        index exists, so nothing that they use as one may come from a file unchecked.
+        """
 
     def constants(self) -> dict[str, Any]:
         """Return the fields of `state_type` that stay the same while a kernel runs."""
@@ -391,14 +400,14 @@ class Learner(Copyable):
         """
         try:
             saved = persistence.read(Path(path))
+            is_ours = saved.is_of(type(self))
+            is_ours &= bool((saved.seed.generate_state(4) == self.seed_sequence.generate_state(4)).all())
+            held = persistence.read_state(saved, self._state)
         except (SavedFileError, SavedFileMissingError):
             return None
-        q = saved.arrays["q"]
-        is_ours = saved.header["learner"] == type(self).__name__ and q.shape == self._state.q.shape
-        is_ours &= bool((saved.seed.generate_state(4) == self.seed_sequence.generate_state(4)).all())
-        if not is_ours or saved.arrays["steps"].shape[1] > self.episodes:
+        if not is_ours or held.history["steps"].shape[1] > self.episodes:
             return None
-        return self._evaluate(q, self._state.restored_declared(saved.arrays), episodes, seed, None)
+        return self._evaluate(held.q, held.declared, episodes, seed, None)
 
     def _evaluate(
         self,
@@ -468,14 +477,10 @@ class Learner(Copyable):
         saved = persistence.read(Path(path))
         return persistence.load(cls, saved, env=env, tensor_step=tensor_step, changes=parameters)
 
-    def restore(self, header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
+    def restore(self, saved: persistence.SavedLearner) -> None:
         """Go on from the content of a learner's file, which `load` has read."""
         with self._owner.learning("restore()"):
-            self._state.set_arrays(arrays)
-            self._state.diverged_at = header["diverged_at"]
-            self._prediction_rng.bit_generator.state = header["prediction_rng"]
-            for world, held in zip(self._state.worlds, header.get("worlds", ()), strict=False):  # format 1 had none
-                world.restore(held)
+            persistence.restore(saved, self._state, self._prediction_rng)
 
     # What it shows, besides what `Learned` has.
 

@@ -1,12 +1,15 @@
 """Saving a learner to a file and loading it again, to go on to the last bit.
 
-What code is, no file holds: functions, and environments that are not known by an id, are given again to `load`.
+What code is, no file holds: functions, and environments that are not known by an id, are given again to `load`. What a
+file holds is checked as constructors check it, whoever wrote it, before anything plays; and what could not be read
+again is not written.
 """
 
 from collections.abc import Iterable, Mapping
+from contextlib import nullcontext
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, NotRequired, TypedDict, TypeVar
 
 import numpy as np
 
@@ -15,13 +18,14 @@ from tuckerl.adapters.kinds import restore_problem, save_problem
 from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.generalization.step import TensorStep
-from tuckerl.training import learner_file
-from tuckerl.training.learner_file import Arrays, Header, of_prefix, with_prefix
-from tuckerl.training.parameters import kept_parameters, keywords_of
-from tuckerl.training.policies import POLICIES, policy_class
-from tuckerl.training.policies.policy import Policy
-from tuckerl.training.schedules import as_json, from_json
-from tuckerl.training.training_state import TrainingState
+from tuckerl.rng import restore_generator
+from tuckerl.saved_arrays import SavedArrays, grouped
+from tuckerl.saved_json import checked_json
+from tuckerl.training import learner_file, old_formats
+from tuckerl.training.learner_file import Arrays, Header, reading
+from tuckerl.training.parameter_json import check_array, of_json, to_json
+from tuckerl.training.parameters import NOT_SAVED, kept_parameters, keywords_of
+from tuckerl.training.training_state import HeldState, TrainingState
 
 if TYPE_CHECKING:
     from tuckerl.training.learner import Learner
@@ -29,20 +33,21 @@ if TYPE_CHECKING:
 _Learner = TypeVar("_Learner", bound="Learner")
 
 
-class _Stored(NamedTuple):
-    """What files call a parameter, and those of its values that they call otherwise."""
-
-    name: str
-    values: dict[Any, Any]
+class _StoredSeed(TypedDict):
+    entropy: int | list[int]
+    spawn_key: list[int]
 
 
-_STORED = {
-    "compiled": _Stored("lift", {"auto": True}),
-    "cut_traces": _Stored("cut", {}),
-    "search_control": _Stored("walk", {}),
-    "exploration": _Stored("exploration", {"independent": "members", "joint": "team"}),
-}
-"""Parameters that files call otherwise, as format 2 has the names of the first shape."""
+class _StoredHeader(TypedDict):
+    tuckerl: str
+    learner: str
+    problem: dict[str, Any]
+    parameters: dict[str, Any]
+    tensor_step: dict[str, Any] | None
+    seed: _StoredSeed
+    prediction_rng: dict[str, Any]
+    diverged_at: int | None
+    worlds: NotRequired[list[dict[str, Any]]]  # format 1 had none
 
 
 class SavedLearner(NamedTuple):
@@ -50,17 +55,43 @@ class SavedLearner(NamedTuple):
 
     path: Path
     header: Header
-    arrays: Arrays
+    arrays: SavedArrays
+    version: int
 
     @property
     def seed(self) -> np.random.SeedSequence:
         """The learner's seed."""
         return np.random.SeedSequence(self.header["seed"]["entropy"], spawn_key=self.header["seed"]["spawn_key"])
 
+    def is_of(self, kind: "type[Learner]") -> bool:
+        """Return whether the file holds a learner of a class."""
+        held, own = self.header["learner"], class_name(kind)
+        if self.version < learner_file.FORMAT_VERSION:
+            return bool(held == kind.__name__)
+        module, _, name = held.rpartition(":")
+        same_name = name == own.rpartition(":")[2]
+        run_as_script = "__main__" in (module, kind.__module__) and ":" in own  # by another name elsewhere
+        return bool(held == own or (module and same_name and run_as_script))
+
+
+def class_name(kind: type) -> str:
+    """Return what files call a class of learners: its name, with its module before it where it is a user's own."""
+    is_ours = kind.__module__.startswith("tuckerl.")
+    return kind.__name__ if is_ours else f"{kind.__module__}:{kind.__qualname__}"
+
 
 def read(path: Path) -> SavedLearner:
     """Return the content of a learner's file; see :func:`tuckerl.training.learner_file.read` for the errors."""
-    return SavedLearner(path, *learner_file.read(path))
+    content = learner_file.read(path)
+    with reading(path):
+        header = content.header
+        if content.version < learner_file.FORMAT_VERSION:
+            header = old_formats.new_header(header)
+            old_formats.rename_arrays(content.arrays, content.version)
+        checked_json(header, _StoredHeader, "the header")
+        saved = SavedLearner(path, header, content.arrays, content.version)
+        saved.seed.generate_state(1)  # whatever is wrong with it is said here
+    return saved
 
 
 def plain_parameters(learner: "Learner") -> dict[str, Any]:
@@ -75,29 +106,40 @@ def save(learner: "Learner", state: TrainingState, prediction_rng: np.random.Gen
     ------
     OutputError
         If it cannot be written.
+    ParameterError
+        If a parameter has a value that no file can hold.
+    SavedFileError
+        If the learner is none that could be loaded: its tables or declared arrays are not what they must be.
     """
     problem_header, problem_arrays = save_problem(learner.problem)
+    parameters = {name: to_json(name, value) for name, value in plain_parameters(learner).items()}
+    arrays = _array_parameters(learner)
+    if "initial_q" in arrays and not any(learner.initial_q.strides):  # one number, which stands for the whole table
+        parameters["initial_q"] = float(arrays.pop("initial_q").flat[0])
     header = {
         "tuckerl": __version__,
-        "learner": type(learner).__name__,
+        "learner": class_name(type(learner)),
         "problem": problem_header,
-        "parameters": _stored_parameters(type(learner), plain_parameters(learner)),
+        "parameters": parameters,
         "tensor_step": _stored_step(learner.tensor_step),
         "seed": _stored_seed(learner.seed_sequence),
         "prediction_rng": prediction_rng.bit_generator.state,
         "diverged_at": state.diverged_at,
         "worlds": [world.saved() for world in state.worlds],
     }
-    arrays = with_prefix("problem", problem_arrays) | _array_parameters(learner) | state.to_arrays()
-    learner_file.write(path, header, arrays)
+    held = state.to_arrays()
+    try:
+        state.read(SavedArrays.of(held), state.diverged_at)
+    except SavedFileError as error:
+        raise SavedFileError(f"{path} was not written, as it could not be loaded again: {error}") from error
+    learner_file.write(path, header, grouped("problem", problem_arrays) | grouped("parameters", arrays) | held)
 
 
 def _array_parameters(learner: "Learner") -> Arrays:
-    """Return a learner's constructor parameters that are arrays; a uniform first table as one number."""
-    arrays: Arrays = {}
-    for name, value in kept_parameters(learner).items():
-        if isinstance(value, np.ndarray):
-            arrays[name] = value[(0,) * value.ndim] if not any(value.strides) else value
+    """Return a learner's constructor parameters that are arrays."""
+    arrays = {name: value for name, value in kept_parameters(learner).items() if isinstance(value, np.ndarray)}
+    for name, array in arrays.items():
+        check_array(name, array)
     return arrays
 
 
@@ -110,24 +152,77 @@ def load(
     changes: Mapping[str, Any],
 ) -> _Learner:
     """Return the learner that a file holds; see :meth:`tuckerl.training.learner.Learner.load` for the errors."""
-    path, header, arrays = saved
-    if header["learner"] != kind.__name__:
-        held = header["learner"]
-        raise SavedFileError(f"{path} holds a {held}, not a {kind.__name__}: load it with {held}.load")
+    path, header, arrays, _ = saved
+    if not saved.is_of(kind):
+        held, own = _described(header["learner"]), _described(class_name(kind))
+        raise SavedFileError(f"{path} holds a {held}, not a {own}: load it with {_short_name(header['learner'])}.load")
     kind.check_changes(changes)
-    parameters = _restored_parameters(kind, header["parameters"])
-    for name in keywords_of(kind):
-        if name in arrays and name not in parameters:  # format 1 had other arrays of such names
-            parameters[name] = float(arrays[name]) if arrays[name].ndim == 0 else arrays[name]
-    problem = restore_problem(
-        header["problem"], of_prefix("problem", arrays), env, path, kind.adapter_options(parameters)
-    )
-    learner = kind(
-        problem, **parameters, tensor_step=_restored_step(header["tensor_step"], tensor_step, path), seed=saved.seed
-    )
-    learner.restore(header, arrays)
+    with reading(path):
+        parameters = _restored_parameters(kind, saved)
+    options = kind.adapter_options(parameters)
+    # What is wrong with an environment that was given is no fault of the file.
+    with reading(path) if env is None else nullcontext():
+        problem = restore_problem(header["problem"], arrays.group("problem"), env, path, options)
+    with reading(path):
+        n_agents = problem.n_tables(parameters.get("n_agents", 1))
+        _check_agents(arrays, n_agents)  # before as many are made
+        parameters |= _array_parameters_of(kind, saved, set(parameters), (problem.n_states, problem.n_actions))
+    step = _restored_step(header["tensor_step"], tensor_step, path)
+    with reading(path):
+        learner = kind(problem, **parameters, tensor_step=step, seed=saved.seed)
+        learner.restore(saved)
+        arrays.check_all_taken()
     learner.change(changes)
     return learner
+
+
+def _short_name(held: str) -> str:
+    return held.rpartition(":")[2]
+
+
+def _described(held: str) -> str:
+    """Return a class's name, with its module where it is a user's own."""
+    module = held.rpartition(":")[0]
+    return f"{_short_name(held)} of the module {module}" if module else held
+
+
+def restore(saved: SavedLearner, state: TrainingState, prediction_rng: np.random.Generator) -> None:
+    """Let a new learner's state go on from the content of its file.
+
+    Raises
+    ------
+    SavedFileError
+        If it holds what no such learner has.
+    """
+    held = read_state(saved, state)
+    restore_generator(prediction_rng, saved.header["prediction_rng"])
+    worlds = saved.header.get("worlds", [{} for _ in state.worlds])
+    if len(worlds) != len(state.worlds):
+        raise SavedFileError(f"it must hold {len(state.worlds)} worlds; it holds {len(worlds)}")
+    for world, own in zip(state.worlds, worlds, strict=True):
+        world.restore(own)
+    state.restore(held)
+
+
+def read_state(saved: SavedLearner, state: TrainingState) -> HeldState:
+    """Return what a file holds of what `state` has, checked; nothing goes on from it.
+
+    Raises
+    ------
+    SavedFileError
+        If it holds what no such learner has.
+    """
+    if saved.version < learner_file.FORMAT_VERSION:
+        old_formats.rename_declared(saved.arrays, state.declarations, state.n_agents)
+        saved.arrays.leave_out(*(f"agents/{agent}/action_mask" for agent in range(state.n_agents)))
+    return state.read(saved.arrays, saved.header["diverged_at"])
+
+
+def _check_agents(arrays: SavedArrays, n_agents: int) -> None:
+    """Refuse a file that holds another number of agents than its parameters say."""
+    held = {name.partition("/")[0] for name in arrays.group("agents")}
+    if len(held) != n_agents:
+        raise SavedFileError(f"it must hold {n_agents} agents; it holds {len(held)}")
 
 
 def _stored_seed(sequence: np.random.SeedSequence) -> Header:
@@ -151,18 +246,21 @@ def _restored_step(header: Header | None, given: TensorStep | None, path: Path) 
     Raises
     ------
     SavedFileError
-        If functions are needed and none is given.
+        If functions are needed and none is given, or it holds no tensor step's parameters.
     ParameterError
         If the one given differs in anything but those functions, or none is needed.
     """
-    functions = [] if header is None else [name for name, value in header.items() if value is None]
+    functions = [] if header is None else [name for name in ("weights", "share") if header.get(name, "") is None]
+    if header is not None:
+        with reading(path):  # a function in the place of each, to check what stands beside it
+            whole = TensorStep(**(header | dict.fromkeys(functions, _any_function)))
     if given is None:
         if functions:
             raise SavedFileError(
                 f"{path} used a tensor step with functions of its own ({', '.join(functions)}), which files cannot "
                 "hold: pass load() a tensor_step with them"
             )
-        return None if header is None else TensorStep(**header)
+        return None if header is None else whole
     if header is None or not functions:
         raise ParameterError(f"{path} holds all of its tensor step: load it without tensor_step")
     for name, value in header.items():
@@ -176,48 +274,36 @@ def _restored_step(header: Header | None, given: TensorStep | None, path: Path) 
     return given
 
 
-def _stored_forms(kind: "type[Learner]") -> dict[str, _Stored]:
-    """Return how files hold a learner's parameters, where it differs; not those of a user's own."""
-    ours = next(base for base in kind.__mro__ if base.__module__.startswith("tuckerl."))
-    return {name: form for name, form in _STORED.items() if name in keywords_of(ours)}
+def _any_function(_: Any) -> Any:
+    raise NotImplementedError
 
 
-def _stored_parameters(kind: "type[Learner]", parameters: Mapping[str, Any]) -> Header:
-    """Return a learner's parameters as JSON, under the names that files know them by."""
-    header: Header = {}
-    forms = _stored_forms(kind)
-    for name, value in parameters.items():
-        form = forms.get(name, _Stored(name, {}))
-        plain = _policy_as_json(value) if isinstance(value, Policy) else as_json(value)
-        header[form.name] = form.values[value] if isinstance(value, str) and value in form.values else plain
-    return header
-
-
-def _restored_parameters(kind: "type[Learner]", header: Header) -> dict[str, Any]:
-    """Return the parameters that `_stored_parameters` was given."""
-    names = {form.name: name for name, form in _stored_forms(kind).items()}
-    parameters: dict[str, Any] = {}
-    for stored, value in header.items():
-        name = names.get(stored, stored)
-        meant = {held: own for own, held in _STORED[name].values.items()} if stored in names else {}
-        if name == "policy" and value is not None:
-            parameters[name] = _policy_from_json(value)
-        else:
-            parameters[name] = meant[value] if isinstance(value, (str, bool)) and value in meant else from_json(value)
-    if "policy" in parameters:
+def _restored_parameters(kind: "type[Learner]", saved: SavedLearner) -> dict[str, Any]:
+    """Return the parameters that are no arrays, of those that a learner was saved with and its class takes."""
+    header: Mapping[str, Any] = saved.header["parameters"]
+    known = [name for name in keywords_of(kind) if name not in NOT_SAVED]
+    if saved.version < learner_file.FORMAT_VERSION:
+        header = old_formats.new_parameters(kind, header)
+        saved.arrays.rename({name: f"parameters/{name}" for name in known if name not in header})
+    unknown = [name for name in (*header, *saved.arrays.group("parameters")) if name not in known]
+    if unknown:
+        raise SavedFileError(f"{class_name(kind)} has no parameter {unknown[0]!r:.60}")
+    parameters = {name: of_json(value) for name, value in header.items()}
+    if parameters.get("policy") is not None:
         parameters["epsilon"] = None
     return parameters
 
 
-def _policy_as_json(policy: Policy) -> Header:
-    """Return a registered policy by its class and its constructor's parameters, which it keeps as attributes."""
-    kind = type(policy).__name__
-    if kind not in POLICIES or policy_class(kind) is not type(policy):
-        raise ParameterError(f"only tuckerl's own policies can be saved in a file; {policy!r} is none of them")
-    numbers = {name: as_json(getattr(policy, name)) for name in policy.parameters()}
-    return {"policy": kind} | numbers
-
-
-def _policy_from_json(header: Header) -> Policy:
-    numbers = {name: from_json(value) for name, value in header.items() if name != "policy"}
-    return policy_class(header["policy"])(**numbers)
+def _array_parameters_of(
+    kind: "type[Learner]", saved: SavedLearner, others: set[str], sizes: tuple[int, int]
+) -> dict[str, Any]:
+    """Return the parameters that are arrays; those of tuckerl's own are (S,) or (S, A), or one number in old files."""
+    ours = keywords_of(next(base for base in kind.__mro__ if base.__module__.startswith("tuckerl.")))
+    arrays, is_old, found = saved.arrays.group("parameters"), saved.version < learner_file.FORMAT_VERSION, {}
+    for name in list(arrays):
+        shape = arrays.shape(name)
+        if name in others or (name in ours and shape not in (sizes, sizes[:1], () if is_old else sizes)):
+            raise SavedFileError(f"the parameter {name!r} is there twice, or has the impossible shape {shape}")
+        array = arrays[name]
+        found[name] = array[()].item() if is_old and array.ndim == 0 else array
+    return found

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from tuckerl.checks import check_int, check_name, check_real
-from tuckerl.errors import ParameterError, ParameterTypeError
+from tuckerl.errors import ParameterError, ParameterTypeError, SavedFileError
+from tuckerl.saved_arrays import SavedArrays
 from tuckerl.types import FloatArray
 
 
@@ -82,6 +83,21 @@ class ScheduleValues:
     def with_past(self, past: Mapping[str, FloatArray]) -> "ScheduleValues":
         """Return the values after such a past, which a file has held."""
         return ScheduleValues(self._schedules, past)
+
+
+def read_past(arrays: SavedArrays, n_episodes: int) -> dict[str, FloatArray]:
+    """Return what scheduled numbers were, by name, from a file whose agents have finished so many episodes at most.
+
+    Raises
+    ------
+    SavedFileError
+        If they are no such numbers.
+    """
+    past = {name: arrays.take(name, np.float64, (range(n_episodes + 1),)) for name in list(arrays)}
+    for name, numbers in past.items():
+        if not (np.isnan(numbers) | ((numbers >= 0.0) & (numbers <= 1.0))).all():
+            raise SavedFileError(f"the past numbers of {name!r:.60} must lie from 0 to 1")
+    return past
 
 
 @dataclass(frozen=True)

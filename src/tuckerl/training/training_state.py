@@ -8,26 +8,29 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tuckerl.errors import LearnerError
+from tuckerl.errors import LearnerError, SavedFileError
 from tuckerl.generalization.change_log import (
     ChangeLog,
     begin_undo,
     empty_log,
+    read_log,
     restore_log,
     saved_log,
     undo_changes,
     with_tables,
 )
 from tuckerl.generalization.sharing import share_tables
-from tuckerl.generalization.step import TensorStep, TensorStepState
+from tuckerl.generalization.step import HeldStep, TensorStep, TensorStepState
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
+from tuckerl.saved_arrays import SavedArrays, grouped
 from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
 from tuckerl.training.declared_state import (
     Arrays,
     Declaration,
     DeclaredArray,
     carried_over,
+    read_state,
     restore_state,
     saved_state,
     share_state,
@@ -35,7 +38,7 @@ from tuckerl.training.declared_state import (
 from tuckerl.training.history import EpisodeHistory
 from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.policies.policy import Policy
-from tuckerl.training.schedules import Schedule, ScheduleValues
+from tuckerl.training.schedules import Schedule, ScheduleValues, read_past
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
 
 LONGEST_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
@@ -76,6 +79,8 @@ class TrainingState:
     max_episode_steps : int or None
     sequence : SeedSequence
         The learner's.
+    check_declared : callable
+        Refuses one agent's declared arrays by name, from a file, if they contradict each other.
     """
 
     def __init__(
@@ -88,8 +93,10 @@ class TrainingState:
         rules: Rules,
         max_episode_steps: int | None,
         sequence: np.random.SeedSequence,
+        check_declared: Callable[[Mapping[str, Any]], None],
     ) -> None:
         n_states, n_actions = initial_q.shape
+        self._check_declared = check_declared
         self.worlds, self.initial_q = tuple(worlds), initial_q
         for number, world in enumerate(self.worlds):
             world.seed(child(sequence, number))
@@ -178,7 +185,7 @@ class TrainingState:
         """Remember where a world and its agents are between two episodes, for `undo`; only small arrays are copied."""
         self.worlds[world].keep()
         for agent in agents:
-            others = [saved_state(declaration, agent, value) for declaration, value in self._others(agent)]
+            others = [saved_state(declaration, value) for declaration, value in self._others(agent)]
             copies = {name: array.copy() for arrays in others for name, array in arrays.items()}
             self._kept[agent] = _Kept(self.streams[agent].copy(), copies, begin_undo(self.logs[agent]))
 
@@ -189,7 +196,7 @@ class TrainingState:
             kept = self._kept[agent]
             self.streams[agent] = kept.stream.copy()  # a function that has not returned may draw from the other one
             for declaration, value in self._others(agent):
-                restore_state(declaration, agent, value, kept.arrays)
+                restore_state(declaration, value, kept.arrays)
             undo_changes(self.logs[agent], kept.log)
 
     def latest_trajectory(self, agent: int) -> IntArray:
@@ -244,53 +251,120 @@ class TrainingState:
             share_state(declaration, values, mixture, known, self.initial_q)
 
     def to_arrays(self) -> Arrays:
-        """Return all that learning changes, from which `set_arrays` goes on."""
+        """Return all that learning changes, as `read` reads it."""
         # Of every agent, also of one that is ahead of others; none where tables are not finite.
         sizes = self.history.latest_steps[:, np.newaxis] + 1 if self.is_saveable else np.zeros((1, 1), dtype=np.int64)
         trajectory = np.stack([self.latest_trajectory(agent)[: sizes.max()] for agent in range(self.n_agents)])
         trajectory *= np.arange(trajectory.shape[1]) < sizes  # what earlier episodes left behind its end
         arrays: Arrays = {"q": self.q, "weights": self.weights, "trajectory": trajectory}
         arrays |= {"streams": np.stack(self.streams)} | self.history.to_arrays()
+        arrays = grouped("state", arrays)
         for agent, (log, mask, declared) in enumerate(zip(self.logs, self.action_masks, self.declared, strict=True)):
-            arrays |= {f"log{agent}.{name}": array for name, array in saved_log(log).items()}
-            arrays[f"forbidden{agent}"] = ~mask
+            own = grouped("log", saved_log(log))
+            if _is_seen(mask):
+                own["action_mask"] = mask
             for declaration in self.declarations:
-                arrays |= saved_state(declaration, agent, declared[declaration.name])
-        arrays |= {f"scheduled.{name}": values for name, values in self.schedules.past.items()}
-        if self.tensor_step is not None:
-            arrays |= {f"step.{name}": array for name, array in self.tensor_step.saved().items()}
-        return arrays
+                own |= saved_state(declaration, declared[declaration.name])
+            arrays |= grouped(f"agents/{agent}", own)
+        arrays |= grouped("scheduled", self.schedules.past)
+        return arrays if self.tensor_step is None else arrays | grouped("step", self.tensor_step.saved())
 
-    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from what `to_arrays` returned."""
-        self.q, self.weights = np.ascontiguousarray(arrays["q"]), arrays["weights"]
-        self.history.set_arrays(dict(arrays))
-        for agent, states in enumerate(arrays["trajectory"]):
+    def read(self, arrays: SavedArrays, diverged_at: int | None) -> "HeldState":
+        """Return what `to_arrays` returned, from a file; this state does not change.
+
+        Raises
+        ------
+        SavedFileError
+            If it is none of such a learner's: kernels would read and write where nothing is.
+        """
+        n_agents, n_states, n_actions = self.q.shape
+        own, finite = arrays.group("state"), diverged_at is None
+        history = self.history.read(own, n_agents, diverged=not finite)
+        finished = history["finished"]
+        if diverged_at is not None and not 0 <= diverged_at <= finished.max():
+            raise SavedFileError(f"it diverged in episode {diverged_at}, which it does not have")
+        q = own.take("q", np.float64, self.q.shape, finite=finite)
+        weights = own.take("weights", np.float64, (n_actions,), 0.0, finite=True)
+        trajectory = own.take("trajectory", np.int64, (n_agents, range(self._trajectory.shape[2] + 1)), 0, n_states - 1)
+        streams = own.take("streams", np.uint64, (n_agents, 4))
+        if not streams.any(axis=1).all():  # such a stream would stay zero
+            raise SavedFileError("streams of random numbers must not be zero")
+        step, n_before = self.tensor_step, 0
+        held_step = None if step is None else step.read(arrays.group("step"), finished, diverged=not finite)
+        in_force = np.ones(n_actions)
+        if step is not None and held_step is not None and held_step.history.episode.size:
+            in_force, n_before = held_step.history.weights[-1], held_step.history.episode.size * step.step.every
+        if not np.array_equal(weights, in_force):
+            raise SavedFileError("the weights of actions must be those of the latest window")
+        past = read_past(arrays.group("scheduled"), int(finished.max()))
+        agents = tuple(
+            self._read_agent(agent, arrays.group(f"agents/{agent}"), int(finished[agent]) - n_before, finite=finite)
+            for agent in range(n_agents)
+        )
+        return HeldState(q, weights, history, trajectory, tuple(streams), held_step, agents, past, diverged_at)
+
+    def _read_agent(self, agent: int, arrays: SavedArrays, n_closed: int, *, finite: bool) -> "HeldAgent":
+        log, mask, held_mask = self.logs[agent], self.action_masks[agent], None
+        held_log = read_log(arrays.group("log"), log, self.q.shape[2], n_closed if finite else None, finite=finite)
+        if _is_seen(mask):
+            held_mask = arrays.take("action_mask", np.bool_, mask.shape)
+            n_own = [n for world in self.worlds for n in world.n_own_actions][agent]
+            if not held_mask.any(axis=1).all() or held_mask[:, n_own:].any():
+                raise SavedFileError("an action mask must allow an action in every state, and none that does not exist")
+        declared = {d.name: read_state(d, arrays, self.initial_q, finite=finite) for d in self.declarations}
+        if finite:
+            self._check_declared(declared)
+        return HeldAgent(held_log, held_mask, declared)
+
+    def restore(self, held: "HeldState") -> None:
+        """Go on from what `read` returned."""
+        self.q, self.weights, self.streams = held.q, held.weights, list(held.streams)
+        self.history.set_arrays(held.history)
+        for agent, states in enumerate(held.trajectory):
             self.latest_trajectory(agent)[: states.size] = states
-        self.streams = list(arrays["streams"])
+        self.diverged_at = held.diverged_at
+        self.schedules = self.schedules.with_past(held.past)
+        self.declared = tuple(agent.declared for agent in held.agents)
         n_states, n_actions = self.initial_q.shape
         self.logs = tuple(
             with_tables(empty_log(n_states, n_actions, log.end.size), self._by_state(agent))
             for agent, log in enumerate(self.logs)
         )
-        for agent, (log, mask, declared) in enumerate(zip(self.logs, self.action_masks, self.declared, strict=True)):
-            restore_log(log, _with_prefix(f"log{agent}.", arrays))
-            if mask.flags.writeable and f"forbidden{agent}" in arrays:
-                mask[...] = ~arrays[f"forbidden{agent}"]
-            for declaration in self.declarations:
-                restore_state(declaration, agent, declared[declaration.name], arrays)
-        self.schedules = self.schedules.with_past(_with_prefix("scheduled.", arrays))
-        if self.tensor_step is not None:
-            self.tensor_step.restore(_with_prefix("step.", arrays))
-
-    def restored_declared(self, arrays: Mapping[str, np.ndarray]) -> tuple[dict[str, Any], ...]:
-        """Return each agent's declared arrays as `to_arrays` returned them, without going on from them."""
-        held = tuple({d.name: d.create(self.initial_q) for d in self.declarations} for _ in range(self.n_agents))
-        for agent, declared in enumerate(held):
-            for declaration in self.declarations:
-                restore_state(declaration, agent, declared[declaration.name], arrays)
-        return held
+        for log, mask, agent in zip(self.logs, self.action_masks, held.agents, strict=True):
+            restore_log(log, agent.log)
+            if agent.mask is not None:
+                mask[...] = agent.mask
+        if self.tensor_step is not None and held.step is not None:
+            self.tensor_step.restore(held.step)
 
 
-def _with_prefix(prefix: str, arrays: Mapping[str, np.ndarray]) -> Arrays:
-    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+class HeldAgent(NamedTuple):
+    """What a file holds of one agent."""
+
+    log: dict[str, np.ndarray]
+    mask: BoolArray | None  # (S, A), as far as it was seen; None where it is the problem's, or there is none
+    declared: dict[str, Any]
+
+
+class HeldState(NamedTuple):
+    """What a file holds of a learner's state."""
+
+    q: FloatArray  # (N, S, A)
+    weights: FloatArray  # (A,)
+    history: dict[str, np.ndarray]
+    trajectory: IntArray  # (N, T)
+    streams: tuple[Stream, ...]
+    step: HeldStep | None
+    agents: tuple[HeldAgent, ...]
+    past: dict[str, FloatArray]  # of the scheduled numbers, by name
+    diverged_at: int | None
+
+    @property
+    def declared(self) -> tuple[dict[str, Any], ...]:
+        """What each agent declares."""
+        return tuple(agent.declared for agent in self.agents)
+
+
+def _is_seen(mask: BoolArray) -> bool:
+    """Return whether a mask is learned from what an environment gives, as the problem's own is not."""
+    return mask.size > 0 and mask.flags.writeable

@@ -12,6 +12,7 @@ from tuckerl.problems.dynamics import register_dynamics
 from tuckerl.problems.problem import Arrays, Header, Problem
 from tuckerl.problems.worlds import World
 from tuckerl.rng import uniform
+from tuckerl.saved_arrays import SavedArrays
 from tuckerl.types import FloatArray, Stream
 
 
@@ -64,7 +65,7 @@ class Lottery(Problem):
 
     @classmethod
     def restore(
-        cls, header: Header, arrays: Arrays, given: Any, resolve: Callable[..., Problem], path: Path
+        cls, header: Header, arrays: SavedArrays, given: Any, resolve: Callable[..., Problem], path: Path
     ) -> "Lottery":
         """Return the problem that `save` took apart."""
         return cls(arrays["chances"], header["limit"])

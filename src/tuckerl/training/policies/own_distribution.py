@@ -34,7 +34,7 @@ def _allowed_sum(policy: OwnDistributionArrays, agent: AgentArrays, state: int) 
 def choose(policy: OwnDistributionArrays, agent: AgentArrays, state: int) -> int:
     """Draw an action from a row of ``policy.distribution`` (S, A), or a random one with probability epsilon."""
     total = _allowed_sum(policy, agent, state)
-    if uniform(agent.rng) < policy.epsilon[0] or total <= 0.0:
+    if uniform(agent.rng) < policy.epsilon[0] or not total > 0.0:  # also where it is not a number
         return random_action(agent, state)
     left, chosen = uniform(agent.rng) * total, -1
     for action in range(agent.q.shape[1]):
