@@ -36,7 +36,7 @@ class Loadings(NamedTuple):
         return squares / whole if whole > 0 else squares
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return the arrays from which `loadings_of_arrays` makes them again."""
+        """Return the arrays from which `read_loadings` makes them again."""
         factors = {f"factor{mode}": factor for mode, factor in enumerate(self.factors)}
         numbers = {"episode": np.array(self.episode), "fit": np.array(self.fit)}
         return {"states": self.states, "core": self.core, **factors, **numbers}
