@@ -124,7 +124,7 @@ def test_a_simulator_is_known_by_its_numbers() -> None:
 
 def test_files_without_a_description_are_compared_by_sizes() -> None:
     header, arrays = save_problem(as_problem(World(spaces.MultiDiscrete([2, 3]), TWO)))
-    del header["SteppedProblem"]["description"]
+    del header["held"]["description"]
     turned = World(spaces.MultiDiscrete([3, 2]), TWO)
     assert restore_problem(header, dict(arrays), turned, PATH, DEFAULT).n_states == 6
     with pytest.raises(ParameterError, match=r"\(states, actions, time limit\) \[6, 2, 100000\]; got GymnasiumProblem"):
