@@ -257,7 +257,7 @@ def _altered_structure(parts: Parts, rng: Rng) -> bytes:
         shape = ((2**33,), (-1,), (2**62, 4), (3, -2), (0, 2**62))[rng.integers(5)]
         members[name] = crafted.huge_zeros(shape, ("<f8", "|b1", "|O", "<U0", "|V0")[rng.integers(5)])
     elif what == 6:
-        members[("extra", "../x.npy", "extra.npy", "")[rng.integers(4)]] = members[name]
+        members[("extra", "../x.npy", "extra.npy", "x/.npy")[rng.integers(4)]] = members[name]
     method = (zipfile.ZIP_DEFLATED, zipfile.ZIP_STORED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)[
         rng.integers(4) if what == 7 else 0
     ]
