@@ -330,10 +330,10 @@ class TrainingState:
             with_tables(empty_log(n_states, n_actions, log.end.size), self._by_state(agent))
             for agent, log in enumerate(self.logs)
         )
-        for log, mask, agent in zip(self.logs, self.action_masks, held.agents, strict=True):
-            restore_log(log, agent.log)
-            if agent.mask is not None:
-                mask[...] = agent.mask
+        for log, mask, own in zip(self.logs, self.action_masks, held.agents, strict=True):
+            restore_log(log, own.log)
+            if own.mask is not None:
+                mask[...] = own.mask
         if self.tensor_step is not None and held.step is not None:
             self.tensor_step.restore(held.step)
 
