@@ -22,10 +22,11 @@ from tuckerl.rng import restore_generator
 from tuckerl.saved_arrays import SavedArrays, grouped
 from tuckerl.saved_json import checked_json
 from tuckerl.training import learner_file, old_formats
+from tuckerl.training.held_state import HeldState
 from tuckerl.training.learner_file import Arrays, Header, reading
 from tuckerl.training.parameter_json import check_array, of_json, to_json
 from tuckerl.training.parameters import NOT_SAVED, kept_parameters, keywords_of
-from tuckerl.training.training_state import HeldState, TrainingState
+from tuckerl.training.training_state import TrainingState
 
 if TYPE_CHECKING:
     from tuckerl.training.learner import Learner

@@ -20,7 +20,7 @@ from tuckerl.generalization.change_log import (
     with_tables,
 )
 from tuckerl.generalization.sharing import share_tables
-from tuckerl.generalization.step import HeldStep, TensorStep, TensorStepState
+from tuckerl.generalization.step import TensorStep, TensorStepState
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
 from tuckerl.saved_arrays import SavedArrays, grouped
@@ -35,6 +35,7 @@ from tuckerl.training.declared_state import (
     saved_state,
     share_state,
 )
+from tuckerl.training.held_state import HeldAgent, HeldState
 from tuckerl.training.history import EpisodeHistory
 from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.policies.policy import Policy
@@ -269,7 +270,7 @@ class TrainingState:
         arrays |= grouped("scheduled", self.schedules.past)
         return arrays if self.tensor_step is None else arrays | grouped("step", self.tensor_step.saved())
 
-    def read(self, arrays: SavedArrays, diverged_at: int | None) -> "HeldState":
+    def read(self, arrays: SavedArrays, diverged_at: int | None) -> HeldState:
         """Return what `to_arrays` returned, from a file; this state does not change.
 
         Raises
@@ -303,7 +304,7 @@ class TrainingState:
         )
         return HeldState(q, weights, history, trajectory, tuple(streams), held_step, agents, past, diverged_at)
 
-    def _read_agent(self, agent: int, arrays: SavedArrays, n_closed: int, *, finite: bool) -> "HeldAgent":
+    def _read_agent(self, agent: int, arrays: SavedArrays, n_closed: int, *, finite: bool) -> HeldAgent:
         log, mask, held_mask = self.logs[agent], self.action_masks[agent], None
         held_log = read_log(arrays.group("log"), log, self.q.shape[2], n_closed if finite else None, finite=finite)
         if _is_seen(mask):
@@ -316,7 +317,7 @@ class TrainingState:
             self._check_declared(declared)
         return HeldAgent(held_log, held_mask, declared)
 
-    def restore(self, held: "HeldState") -> None:
+    def restore(self, held: HeldState) -> None:
         """Go on from what `read` returned."""
         self.q, self.weights, self.streams = held.q, held.weights, list(held.streams)
         self.history.set_arrays(held.history)
@@ -336,33 +337,6 @@ class TrainingState:
                 mask[...] = own.mask
         if self.tensor_step is not None and held.step is not None:
             self.tensor_step.restore(held.step)
-
-
-class HeldAgent(NamedTuple):
-    """What a file holds of one agent."""
-
-    log: dict[str, np.ndarray]
-    mask: BoolArray | None  # (S, A), as far as it was seen; None where it is the problem's, or there is none
-    declared: dict[str, Any]
-
-
-class HeldState(NamedTuple):
-    """What a file holds of a learner's state."""
-
-    q: FloatArray  # (N, S, A)
-    weights: FloatArray  # (A,)
-    history: dict[str, np.ndarray]
-    trajectory: IntArray  # (N, T)
-    streams: tuple[Stream, ...]
-    step: HeldStep | None
-    agents: tuple[HeldAgent, ...]
-    past: dict[str, FloatArray]  # of the scheduled numbers, by name
-    diverged_at: int | None
-
-    @property
-    def declared(self) -> tuple[dict[str, Any], ...]:
-        """What each agent declares."""
-        return tuple(agent.declared for agent in self.agents)
 
 
 def _is_seen(mask: BoolArray) -> bool:
