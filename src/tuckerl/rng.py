@@ -5,6 +5,7 @@ array and changed in place. Streams are children of a NumPy ``SeedSequence``, so
 and of how many others there are; nothing reads a global generator.
 """
 
+import random
 from collections.abc import Mapping
 from typing import Any
 
@@ -40,11 +41,22 @@ def stream(sequence: np.random.SeedSequence) -> Stream:
     return words
 
 
+AnyGenerator = np.random.Generator | np.random.RandomState | random.Random
+"""What environments draw from: NumPy's generators, those of its first kind, and Python's own."""
+
 _PLACES = {"MT19937": ("pos", 624), "Philox": ("buffer_pos", 4)}
 """Where generators keep the place in their block of numbers, which NumPy takes unchecked, and its largest value."""
 
 
-def restore_generator(generator: np.random.Generator, held: Mapping[str, Any]) -> None:
+def kind_of_generator(generator: AnyGenerator) -> str:
+    """Return what files call a generator's kind: by its bits, as NumPy does, or ``random.Random``."""
+    if isinstance(generator, random.Random):
+        return "random.Random"
+    bits = generator._bit_generator if isinstance(generator, np.random.RandomState) else generator.bit_generator
+    return type(bits).__name__
+
+
+def restore_generator(generator: AnyGenerator, held: Mapping[str, Any]) -> None:
     """Let a generator go on from the state that a file holds, as JSON.
 
     Raises
@@ -52,8 +64,7 @@ def restore_generator(generator: np.random.Generator, held: Mapping[str, Any]) -
     SavedFileError
         If it is no state of this kind of generator.
     """
-    bits = generator.bit_generator
-    kind, fresh = type(bits).__name__, bits.state
+    kind, fresh = kind_of_generator(generator), generator_as_json(generator)
     try:
         if kind in _PLACES:
             name, most = _PLACES[kind]
@@ -61,15 +72,25 @@ def restore_generator(generator: np.random.Generator, held: Mapping[str, Any]) -
             check_int(name, where[name], 0, most)
         if kind.startswith("PCG64") and held["state"]["inc"] % 2 == 0:
             raise ValueError("its increment must be odd")
-        bits.state = held
+        _set_state(generator, held)
         if generator_as_json(generator) != held:
             raise ValueError("its numbers are out of range")
     except Exception as error:  # whatever NumPy raises
-        bits.state = fresh
+        _set_state(generator, fresh)
         raise SavedFileError(f"it holds no state of a random generator {kind} ({error})") from error
 
 
-def generator_as_json(generator: np.random.Generator) -> Any:
+def _set_state(generator: AnyGenerator, held: Mapping[str, Any]) -> None:
+    if isinstance(generator, random.Random):
+        version, words, gauss = held["state"]
+        generator.setstate((version, tuple(words), gauss))
+    elif isinstance(generator, np.random.RandomState):
+        generator.set_state(held)  # type: ignore[arg-type]  # a file's dict; what is wrong in it raises
+    else:
+        generator.bit_generator.state = held
+
+
+def generator_as_json(generator: AnyGenerator) -> Any:
     """Return a generator's state as JSON."""
 
     def plain(value: Any) -> Any:
@@ -77,6 +98,11 @@ def generator_as_json(generator: np.random.Generator) -> Any:
             return {name: plain(part) for name, part in value.items()}
         return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
 
+    if isinstance(generator, random.Random):
+        version, words, gauss = generator.getstate()
+        return {"bit_generator": kind_of_generator(generator), "state": [version, list(words), gauss]}
+    if isinstance(generator, np.random.RandomState):
+        return plain(generator.get_state(legacy=False))
     return plain(generator.bit_generator.state)
 
 

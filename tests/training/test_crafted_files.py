@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import random
 import re
 import resource
 import sys
@@ -337,6 +338,32 @@ def test_places_in_a_block_of_random_numbers_are_checked(tmp_path: Path) -> None
         world = header["worlds"][0] | {"generator": odd}
         found = refusal(parts._replace(header=header | {"worlds": [world]}), path, Twisted(MDP))
         assert "no state of a random generator MT19937" in found
+
+
+OWN = np.random.RandomState(1), np.random.Generator(np.random.MT19937(1)), random.Random(1)  # noqa: S311  # no secrets
+
+
+@pytest.mark.parametrize("own", OWN)
+def test_states_of_an_environments_own_generators_are_checked(own: Any, tmp_path: Path) -> None:
+    def made() -> Any:
+        env = SeededTableEnv(MDP)
+        env.own = own  # type: ignore[attr-defined]  # as users' environments have one
+        return env
+
+    parts = parts_of(QLearning(made(), seed=1).learn(4), tmp_path)
+    world = parts.header["worlds"][0]
+    (place,) = [place for place in world["own generators"] if place.endswith(".own")]
+    state = world["own generators"][place]["state"]
+    if isinstance(own, random.Random):
+        odd: list[Any] = [[3, [*state[1][:-1], last], None] for last in (-1, 625, 2**40)] + [[3, state[1][:9], None]]
+    else:
+        odd = [state | {"pos": pos} for pos in (-1, 625, 2**31 - 1)] + [{"key": state["key"][:9], "pos": 0}, 7]
+    for one in odd:
+        held = world["own generators"] | {place: world["own generators"][place] | {"state": one}}
+        crafted = parts._replace(header=parts.header | {"worlds": [world | {"own generators": held}]})
+        assert "no state of a random generator" in refusal(crafted, tmp_path / "agent.tuckerl", made())
+    crafted = parts._replace(header=parts.header | {"worlds": [world | {"own generators": {place: 7}}]})
+    assert "own generators" in refusal(crafted, tmp_path / "agent.tuckerl", made())
 
 
 def test_a_file_imports_no_module(tmp_path: Path) -> None:

@@ -15,9 +15,8 @@ import numpy as np
 
 from tuckerl.adapters.seeding import generator_of
 from tuckerl.errors import ResumeWarning, SavedFileError
-from tuckerl.rng import child
-
-OwnGenerator = np.random.Generator | np.random.RandomState | random.Random
+from tuckerl.rng import AnyGenerator, child, generator_as_json, kind_of_generator, restore_generator
+from tuckerl.saved_json import checked_json
 
 _MOST = 100_000  # objects that are looked at
 _WATCHED = 8  # looks at the global generators
@@ -62,13 +61,13 @@ class OwnGenerators:
         if self._n_watched == _WATCHED or self.reason is not None:
             return
         self._n_watched += 1
-        before, self._globals = self._globals, (random.getstate(), state_of(_SHARED[1]))
+        before, self._globals = self._globals, (random.getstate(), generator_as_json(_SHARED[1]))
         if before is not None and before != self._globals:
             self.reason = "it draws from the global generator of NumPy or of random, which no seed of a learner decides"
 
     def saved(self) -> dict[str, Any]:
         """Return their states as JSON, by where they stand; warn once where that is not all."""
-        states = {place: state_of(own) for place, own in self._found().items()} if self._has_begun else {}
+        states = {place: generator_as_json(own) for place, own in self._found().items()} if self._has_begun else {}
         if self.reason is not None and not self._is_told:
             self._is_told = True
             warnings.warn(
@@ -85,20 +84,23 @@ class OwnGenerators:
         Raises
         ------
         SavedFileError
-            If one of them is not there, or of another kind.
+            If one of them is not there, or of another kind, or what is held is no state of it.
         """
+        checked_json(held, dict[str, dict[str, Any]], "an environment's own generators")
         self._has_begun = True
         if not held.keys() <= self._found().keys():
             self._env.reset(seed=0)  # which makes them, perhaps
         found = self._found()
         for place, state in held.items():
-            if place not in found or not restore_generator(found[place], state):
+            kind = state.get("bit_generator")
+            if place not in found or kind_of_generator(found[place]) != kind:
                 raise SavedFileError(
-                    f"the saved environment drew from {place:.60}, a {state['bit_generator']}; this one does not: load "
-                    "with the same environment"
+                    f"the saved environment drew from {place:.60}, a {kind!s:.40}; this one does not: load with the "
+                    "same environment"
                 )
+            restore_generator(found[place], state)
 
-    def _found(self) -> dict[str, OwnGenerator]:
+    def _found(self) -> dict[str, AnyGenerator]:
         try:
             found = own_generators(self._env)
         except RecursionError:  # too many objects
@@ -113,7 +115,7 @@ class OwnGenerators:
         }
 
 
-def own_generators(env: Any) -> dict[str, OwnGenerator]:
+def own_generators(env: Any) -> dict[str, AnyGenerator]:
     """Return the generators that an environment, its wrappers and what they hold keep, by where they stand.
 
     Raises
@@ -121,7 +123,7 @@ def own_generators(env: Any) -> dict[str, OwnGenerator]:
     RecursionError
         If the environment holds too much to be searched.
     """
-    found: dict[str, OwnGenerator] = {}
+    found: dict[str, AnyGenerator] = {}
     seen: set[int] = set()
     objects: list[tuple[str, Any]] = [("env", env)]
     while objects:
@@ -149,7 +151,7 @@ def _parts(place: str, one: Any) -> Iterator[tuple[str, Any]]:
     yield from ((f"{place}.{name}", part) for name, part in getattr(one, "__dict__", {}).items())
 
 
-def seed_generators(generators: Mapping[str, OwnGenerator], sequence: np.random.SeedSequence) -> None:
+def seed_generators(generators: Mapping[str, AnyGenerator], sequence: np.random.SeedSequence) -> None:
     """Seed generators from the children of a sequence, in their order."""
     for number, generator in enumerate(generators.values()):
         own = child(sequence, number)
@@ -158,33 +160,3 @@ def seed_generators(generators: Mapping[str, OwnGenerator], sequence: np.random.
         else:
             bits = generator._bit_generator if isinstance(generator, np.random.RandomState) else generator.bit_generator
             bits.state = type(bits)(own).state
-
-
-def state_of(generator: OwnGenerator) -> Any:
-    """Return a generator's state as JSON."""
-    if isinstance(generator, random.Random):
-        version, words, gauss = generator.getstate()
-        return {"bit_generator": "random.Random", "state": [version, list(words), gauss]}
-    if isinstance(generator, np.random.RandomState):
-        return _plain(generator.get_state(legacy=False))
-    return _plain(generator.bit_generator.state)
-
-
-def restore_generator(generator: OwnGenerator, state: Any) -> bool:
-    """Put a generator into a state; return whether it is of the state's kind."""
-    if state_of(generator)["bit_generator"] != state["bit_generator"]:
-        return False
-    if isinstance(generator, random.Random):
-        version, words, gauss = state["state"]
-        generator.setstate((version, tuple(words), gauss))
-    elif isinstance(generator, np.random.RandomState):
-        generator.set_state(state)
-    else:
-        generator.bit_generator.state = state
-    return True
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {name: _plain(part) for name, part in value.items()}
-    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
