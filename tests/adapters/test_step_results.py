@@ -16,6 +16,7 @@ from tuckerl import JointEnv, QLearning, TeamQ, quantile_edges
 from tuckerl.errors import (
     LONGEST_MESSAGE,
     EnvironmentFaultError,
+    ParameterError,
     ParameterTypeError,
     ProblemError,
     SpaceError,
@@ -201,15 +202,18 @@ def test_images_are_refused_at_once_with_the_way_out(space: spaces.Space[Any], t
     assert len(str(caught.value)) <= LONGEST_MESSAGE
 
 
+class Heights(Leaving):
+    """One agent observes a Box."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.observation_spaces["b"] = spaces.Box(0.0, 10.0, (2,))
+
+    def observe(self, agent: str) -> Any:
+        return np.array([self.clock, 7.0], np.float32) if agent == "b" else np.int64(min(self.clock, 3))
+
+
 def test_quantiles_of_a_parallel_environment_are_by_agent() -> None:
-    class Heights(Leaving):
-        def __init__(self) -> None:
-            super().__init__()
-            self.observation_spaces["b"] = spaces.Box(0.0, 10.0, (2,))
-
-        def observe(self, agent: str) -> Any:
-            return np.array([self.clock, 7.0], np.float32) if agent == "b" else np.int64(min(self.clock, 3))
-
     edges: Any = quantile_edges(Heights(), 2, steps=50)
     assert list(edges) == ["b"]
     assert [edge.tolist() for edge in edges["b"]] == [[1.0], []]  # of 0, 1 and 2, and always 7
@@ -219,6 +223,26 @@ def test_quantiles_of_a_parallel_environment_are_by_agent() -> None:
         quantile_edges(Leaving(), 3)
     with pytest.raises(SpaceError, match="observes a Box"):
         quantile_edges(JointEnv(Leaving()), 3)
+
+
+@pytest.mark.parametrize(
+    "learn",
+    [
+        lambda bins: TeamQ(Heights(), bins=bins, seed=0),
+        lambda bins: QLearning(JointEnv(Heights()), bins=bins, seed=0),
+    ],
+)
+def test_a_joint_table_takes_bins_by_agent(learn: Callable[[Any], Any], tmp_path: Any) -> None:
+    edges: Any = quantile_edges(Heights(), 2, steps=50)
+    learner = learn(edges).learn(2)
+    in_order = [edges.get(agent) for agent in Heights().possible_agents]
+    np.testing.assert_array_equal(learner.q, learn(in_order).learn(2).q)
+    assert learner.problem.n_states == 4 * 2 * 4, "those of a, b and c"
+    learner.save(tmp_path / "team.tuckerl")
+    loaded = type(learner).load(tmp_path / "team.tuckerl", env=learner.problem.copies.first)
+    np.testing.assert_array_equal(loaded.learn(3).q, learner.learn(3).q)
+    with pytest.raises(ParameterError, match=r"bins of a joint observation must be a dict by agent, of a, b, c; got"):
+        learn({"d": edges["b"]})
 
 
 def test_attributes_named_like_ours_do_not_matter() -> None:

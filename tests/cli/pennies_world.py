@@ -9,6 +9,7 @@ from gymnasium import spaces
 from tests.adapters.parallel_worlds import World
 
 ID = "tuckerl-tests/Pennies-v0"
+WEIGHED = "tuckerl-tests/WeighedPennies-v0"
 AGENTS = ("same", "other")
 
 
@@ -28,8 +29,24 @@ class Pennies(World):
         return {"same": won, "other": -won}, set(AGENTS) if self.clock == 5 else set(), set()
 
 
+class WeighedPennies(Pennies):
+    """Each sees the number as a Box."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.observation_spaces = {agent: spaces.Box(0.0, 9.0, (1,)) for agent in AGENTS}
+
+    def observe(self, agent: str) -> Any:
+        return np.array([self.clock], np.float32)
+
+
 def parallel_env(max_cycles: int) -> Pennies:
     return Pennies()
 
 
+def weighed_env(max_cycles: int) -> WeighedPennies:
+    return WeighedPennies()
+
+
 pettingzoo.register("parallel", ID, entry_point="tests.cli.pennies_world:parallel_env", max_cycles=5)
+pettingzoo.register("parallel", WEIGHED, entry_point="tests.cli.pennies_world:weighed_env", max_cycles=5)

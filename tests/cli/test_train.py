@@ -237,6 +237,12 @@ def test_bins_can_be_quantiles(capsys: pytest.CaptureFixture[str]) -> None:
     assert "(quantile_bins is [1, 1, 3, 2] there and [1, 1, 3, 3] now)" in capsys.readouterr().err
 
 
+def test_bins_of_a_team_can_be_quantiles(capsys: pytest.CaptureFixture[str]) -> None:
+    wanted = ["train", "team-q", f"tests.cli.pennies_world:{pennies_world.WEIGHED}", "--episodes", "3", "--out", "team"]
+    assert status_of(*wanted, "--quantile-bins", "2") == 0
+    assert "(4 states, 4 actions)" in capsys.readouterr().err
+
+
 def test_warnings_are_one_line_and_default_ranks_need_none(capsys: pytest.CaptureFixture[str]) -> None:
     wanted = [*LAKE, "--episodes", "500", "--evaluate", "0", "--out", "lake", "--overwrite"]
     assert status_of(*wanted) == 0

@@ -6,7 +6,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.spaces import Box, Discrete
+from gymnasium.spaces import Box, Dict, Discrete, MultiBinary
 
 import tuckerl
 from tuckerl import quantile_edges
@@ -99,6 +99,33 @@ def test_masked_actions_are_not_taken() -> None:
     env = Ramp(length=1)  # every action is the first after a reset, where the odd ones are masked
     quantile_edges(env, 2, steps=50)
     assert set(env.actions) == {0, 2, 4, 6, 8}
+
+
+class MaskedRamp(Ramp):
+    """The same, with its masks in what it observes."""
+
+    def __init__(self, length: int = 4) -> None:
+        super().__init__(length)
+        self.ramp = self.observation_space
+        self.observation_space = Dict(observation=self.ramp, action_mask=MultiBinary(10))
+
+    def reset(self, **given: Any) -> tuple[Any, dict[str, Any]]:
+        observation, info = super().reset(**given)
+        return {"observation": observation} | info, {}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        observation, *ends, info = super().step(action)
+        return {"observation": observation, "action_mask": np.arange(10) < 3}, *ends, info
+
+
+def test_a_box_may_lie_beside_a_mask() -> None:
+    env = MaskedRamp()
+    edges = quantile_edges(env, [5, 3, 1], steps=20)
+    plain = quantile_edges(Ramp(), [5, 3, 1], steps=20)
+    assert all(map(np.array_equal, edges, plain))
+    assert {action % 2 for action in env.actions[::4]} == {0}, "the even ones after a reset"
+    assert set(env.actions) - set(env.actions[::4]) <= {0, 1, 2}
+    assert tuckerl.QLearning(MaskedRamp(), bins=edges, seed=0).learn(2).q.shape == (1, 4, 10)
 
 
 def test_what_is_made_is_closed_and_what_is_given_is_not() -> None:

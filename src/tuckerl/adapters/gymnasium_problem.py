@@ -19,7 +19,8 @@ from tuckerl.adapters.python_problem import AgentSpaces, PythonProblem
 from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
 from tuckerl.adapters.step_results import ENDS, ends_of
 from tuckerl.adapters.team import Team
-from tuckerl.errors import ProblemError
+from tuckerl.checks import shown
+from tuckerl.errors import ParameterError, ProblemError
 from tuckerl.interrupts import is_impatient, may_raise_interrupts
 from tuckerl.problems.dynamics import TERMINATED, TRUNCATED, register_dynamics
 from tuckerl.problems.parts import NO_LIMIT, StateFactor
@@ -118,7 +119,8 @@ class GymnasiumProblem(PythonProblem):
     make : callable, optional
         Makes one more; by default it is copied.
     bins
-        How a Box is cut into bins; see :func:`tuckerl.spaces.encoder.space_encoder`.
+        How a Box is cut into bins; see :func:`tuckerl.spaces.encoder.space_encoder`. Of a :class:`~tuckerl.JointEnv`
+        they may be a dict by agent, too.
     **parts
         ``max_episode_steps`` and ``heuristic``, see :class:`~tuckerl.adapters.python_problem.PythonProblem`.
 
@@ -131,6 +133,8 @@ class GymnasiumProblem(PythonProblem):
     ------
     SpaceError
         If a space cannot be numbered.
+    ParameterError, ParameterTypeError
+        If `bins` does not fit the space.
     ProblemError
         If the environment does not begin.
     """
@@ -146,8 +150,11 @@ class GymnasiumProblem(PythonProblem):
         bins: Any = None,
         **parts: Any,
     ) -> None:
+        readers = env.unwrapped.readers if isinstance(env.unwrapped, JointEnv) else {}
+        if readers and isinstance(bins, Mapping):
+            bins = _bins_in_order(bins, tuple(readers))
         spaces = AgentSpaces(env.observation_space, env.action_space, bins)
-        self._team = Team(spaces, env.unwrapped.readers) if isinstance(env.unwrapped, JointEnv) else None
+        self._team = Team(spaces, readers) if readers else None
         self.agents = () if self._team is None else self._team.agents
         self._team_reward = env.unwrapped.reward if isinstance(env.unwrapped, JointEnv) else None
         acted: Any = env.action_space if self.agents else (env.action_space,)
@@ -198,6 +205,14 @@ class GymnasiumProblem(PythonProblem):
         if self._team is not None and isinstance(observation, Mapping):
             return self._team.decide(observation, choose, action_masks)
         return self.spaces[0].decide(observation, 0, choose, action_masks)
+
+
+def _bins_in_order(bins: Mapping[Any, Any], agents: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return bins by agent as those of a tuple with a part for each, None for an agent that has none."""
+    if not bins.keys() <= set(agents):
+        known = ", ".join(map(str, agents))
+        raise ParameterError(f"bins of a joint observation must be a dict by agent, of {known}; got {shown(bins)}")
+    return tuple(bins.get(agent) for agent in agents)
 
 
 class GymnasiumWorld(PythonWorld):

@@ -51,9 +51,9 @@ def quantile_edges(
     Parameters
     ----------
     env
-        A Gymnasium environment that observes a Box, or a PettingZoo parallel environment of which some agents do: its
-        id, an instance, or a callable that makes one. An instance is reset and left where the last step led, its action
-        spaces reseeded; one that is made here is closed.
+        A Gymnasium environment that observes a Box, be it beside an action mask, or a PettingZoo parallel environment
+        of which some agents do: its id, an instance, or a callable that makes one. An instance is reset and left where
+        the last step led, its action spaces reseeded; one that is made here is closed.
     bins : int or sequence of int
         How many bins each dimension gets, or one number for each, in C order.
     steps : int
@@ -91,11 +91,12 @@ def quantile_edges(
     made, make = made_of(env, "env")
     try:
         if isinstance(made, gymnasium.Env):
-            space = made.observation_space
+            read = MaskReader(made.observation_space, made.action_space)
+            space = read.observation_space
             if not isinstance(space, Box):
                 raise SpaceError(f"quantile_edges needs an environment that observes a Box; {made} observes {space}")
             counts = _counts(bins, space, "observation")
-            return _edges(counts, _values(_play_alone(made, steps, sequence), space))
+            return _edges(counts, _values(_play_alone(made, read, steps, sequence), space))
         readers = {
             agent: MaskReader(made.observation_space(agent), made.action_space(agent)) for agent in agents_of(made)
         }
@@ -126,20 +127,21 @@ def _edges(counts: list[int], seen: FloatArray) -> tuple[FloatArray, ...]:
     return tuple(edges)
 
 
-def _play_alone(env: gymnasium.Env[Any, Any], steps: int, sequence: np.random.SeedSequence) -> list[Any]:
-    """Return what is observed."""
+def _play_alone(
+    env: gymnasium.Env[Any, Any], read: MaskReader, steps: int, sequence: np.random.SeedSequence
+) -> list[Any]:
+    """Return what is observed, without the masks in it."""
     env_seed, action_seed = (int(child(sequence, i).generate_state(1)[0]) for i in range(2))
     env.action_space.seed(action_seed)
-    observation, info = reset_result(env.reset(seed=env_seed))
-    seen = [observation]
+    part, mask = read(*reset_result(env.reset(seed=env_seed)))
+    seen = [part]
     for _ in range(steps):
-        masked = isinstance(env.action_space, Discrete) and "action_mask" in info
-        action = env.action_space.sample(np.asarray(info["action_mask"], np.int8) if masked else None)
-        observation, _, terminated, truncated, info = step_result(env.step(action))
-        seen.append(observation)
+        observation, _, terminated, truncated, info = step_result(env.step(_sample(env.action_space, mask)))
+        part, mask = read(observation, info)
+        seen.append(part)
         if terminated or truncated:
-            observation, info = reset_result(env.reset())
-            seen.append(observation)
+            part, mask = read(*reset_result(env.reset()))
+            seen.append(part)
     return seen
 
 

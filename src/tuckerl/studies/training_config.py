@@ -89,7 +89,7 @@ def build_learner(config: TrainingConfig, environment: Environment) -> Learner:
     algorithm, n_agents, seed = named_algorithm(config.algorithm), config.n_agents, config.seed
     parameters, of_step = split_settings(algorithm, config.settings)
     if config.quantile_bins is not None:
-        source: Any = environment  # PettingZoo's are refused there
+        source: Any = environment  # what has no Box is refused there
         parameters["bins"] = quantile_edges(source, config.quantile_bins, seed=seed)
     step = None
     with bins_named():
