@@ -1,6 +1,7 @@
 """Edges at the quantiles of random play."""
 
 import math
+import random
 from typing import Any
 
 import gymnasium
@@ -9,6 +10,7 @@ import pytest
 from gymnasium.spaces import Box, Dict, Discrete, MultiBinary
 
 import tuckerl
+from tests.adapters.parallel_worlds import World
 from tuckerl import quantile_edges
 from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError, SpaceError, UnknownNameError
 from tuckerl.spaces.encoder import space_encoder
@@ -87,12 +89,49 @@ def test_actions_and_environment_have_seeds_of_their_own_and_no_global_one() -> 
     assert np.random.get_state()[1].tolist() == before  # type: ignore[index]  # noqa: NPY002
     assert env.actions == again.actions
     assert env.seeds == again.seeds
-    assert env.seeds[0] is not None
-    assert set(env.seeds[1:]) == {None}
+    assert None not in env.seeds, "each reset is given one where no generator goes on from one to the next"
+    assert len(set(env.seeds)) == len(env.seeds)
     assert len(set(env.actions)) == 10
     even = np.array([1, 0] * 5, np.int8)
-    twin = Discrete(10, seed=env.seeds[0])
-    assert env.actions != [int(twin.sample(even if i % 4 == 0 else None)) for i in range(50)]
+    for seed in env.seeds:
+        twin = Discrete(10, seed=seed)
+        assert env.actions != [int(twin.sample(even if i % 4 == 0 else None)) for i in range(50)]
+
+
+class Drifting(Ramp):
+    """Draws from generators of its own, of which no reset knows."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.rng, self.noise = np.random.default_rng(), random.Random()  # noqa: S311  # a toy
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        _, *result = super().step(action)
+        return np.array([self.rng.normal(), self.noise.random(), 7.0]), *result  # type: ignore[return-value]
+
+
+class DriftingTeam(World):
+    """Two agents that are shown what such generators give."""
+
+    def __init__(self) -> None:
+        super().__init__({agent: Box(-np.inf, np.inf, (1,)) for agent in "ab"}, {agent: Discrete(2) for agent in "ab"})
+        self.rng = np.random.default_rng()
+
+    def observe(self, agent: str) -> Any:
+        return self.rng.normal(size=1)
+
+    def act(self, actions: dict[str, Any]) -> tuple[dict[str, float], set[str], set[str]]:
+        return dict.fromkeys("ab", 0.0), set(), set("ab") if self.clock == 3 else set()
+
+
+def test_a_seed_decides_what_generators_of_an_environments_own_draw() -> None:
+    first, again, other = (quantile_edges(Drifting(), 3, steps=40, seed=seed) for seed in (0, 0, 1))
+    assert all(map(np.array_equal, first, again))
+    assert not np.array_equal(first[0], other[0])
+    assert not np.array_equal(first[1], other[1])
+    team: list[Any] = [quantile_edges(DriftingTeam(), 3, steps=40, seed=seed) for seed in (0, 0, 1)]
+    assert all(np.array_equal(*(edges[agent] for edges in team[:2])) for agent in "ab")
+    assert not np.array_equal(team[0]["a"], team[2]["a"])
 
 
 def test_masked_actions_are_not_taken() -> None:

@@ -8,9 +8,11 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Discrete
 
+from tuckerl.adapters.generators import OwnGenerators
 from tuckerl.adapters.joint import agents_of
-from tuckerl.adapters.making import GymEnvironment, Made, ParallelEnvironment, made_of
+from tuckerl.adapters.making import GymEnvironment, Made, ParallelEnvironment, made_of, name_of
 from tuckerl.adapters.masks import MaskReader
+from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.adapters.step_results import reset_result, step_result
 from tuckerl.checks import check_int
 from tuckerl.errors import ObservationError, SpaceError
@@ -59,7 +61,7 @@ def quantile_edges(
     steps : int
         How many random actions to take; the observations after a reset count too.
     seed : int, SeedSequence or None
-        Of the environment and of the actions.
+        Of the environment, the generators that it keeps besides, and the actions.
 
     Returns
     -------
@@ -131,16 +133,16 @@ def _play_alone(
     env: gymnasium.Env[Any, Any], read: MaskReader, steps: int, sequence: np.random.SeedSequence
 ) -> list[Any]:
     """Return what is observed, without the masks in it."""
-    env_seed, action_seed = (int(child(sequence, i).generate_state(1)[0]) for i in range(2))
-    env.action_space.seed(action_seed)
-    part, mask = read(*reset_result(env.reset(seed=env_seed)))
+    seeds, first = _begun(env, sequence)
+    env.action_space.seed(int(child(sequence, 1).generate_state(1)[0]))
+    part, mask = read(*first)
     seen = [part]
     for _ in range(steps):
         observation, _, terminated, truncated, info = step_result(env.step(_sample(env.action_space, mask)))
         part, mask = read(observation, info)
         seen.append(part)
         if terminated or truncated:
-            part, mask = read(*reset_result(env.reset()))
+            part, mask = read(*reset_result(seeds.reset()))
             seen.append(part)
     return seen
 
@@ -149,9 +151,9 @@ def _play_together(
     env: Any, readers: dict[Any, MaskReader], steps: int, sequence: np.random.SeedSequence
 ) -> dict[Any, list[Any]]:
     """Return what each agent observes, without the masks in it."""
+    seeds, (observations, infos) = _begun(env, sequence)
     for place, agent in enumerate(readers):
         env.action_space(agent).seed(int(child(sequence, 1, place).generate_state(1)[0]))
-    observations, infos = reset_result(env.reset(seed=int(child(sequence, 0).generate_state(1)[0])))
     seen: dict[Any, list[Any]] = {agent: [] for agent in readers}
     for _ in range(steps):
         masks = {}
@@ -163,8 +165,18 @@ def _play_together(
         if not env.agents:
             for agent, observation in observations.items():
                 seen[agent].append(readers[agent](observation, infos.get(agent) or {})[0])
-            observations, infos = reset_result(env.reset())
+            observations, infos = reset_result(seeds.reset())
     return seen
+
+
+def _begun(env: Any, sequence: np.random.SeedSequence) -> tuple[EpisodeSeeds, tuple[Any, Any]]:
+    """Seed all that an environment draws from; return the seeds of later resets, and what the first one returned."""
+    OwnGenerators(env, name_of(env)).seed(child(sequence, 2))
+    seeds = EpisodeSeeds(env)
+    seeds.sequence = sequence
+    first = reset_result(seeds.reset())
+    seeds.sequence = child(sequence, 3)  # the child 1 seeds actions, which must not be what a second reset draws
+    return seeds, first
 
 
 def _sample(space: gymnasium.Space[Any], mask: BoolArray | None) -> Any:
