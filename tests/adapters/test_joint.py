@@ -1,6 +1,7 @@
 """Parallel environments as joint ones: hand-computed trajectories, agents that leave, rewards, ends, masks, seeds."""
 
 import copy
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -10,6 +11,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Discrete, MultiBinary, MultiDiscrete, Tuple
 from gymnasium.utils.env_checker import check_env
+from gymnasium.wrappers import TransformAction, TransformObservation
 from pettingzoo.test.example_envs import generated_agents_parallel_v0
 from pettingzoo.utils import BaseParallelWrapper, parallel_to_aec
 from pettingzoo.utils.conversions import aec_to_parallel_wrapper
@@ -25,7 +27,7 @@ from tests.adapters.parallel_worlds import (
     World,
     altered,
 )
-from tuckerl import JointEnv
+from tuckerl import JointEnv, QLearning
 from tuckerl.errors import (
     ObservationError,
     ParameterError,
@@ -332,6 +334,28 @@ def test_an_environment_may_lack_pictures_and_metadata() -> None:
 
 def test_wrapped_environments_are_joined() -> None:
     assert started(BaseParallelWrapper(Meeting())).step((2, 0)) == started(Meeting()).step((2, 0))
+
+
+def as_one_action(env: Any) -> Any:
+    return TransformAction(env, lambda action: divmod(int(action), 3), Discrete(9))
+
+
+def as_one_sight(env: Any) -> Any:
+    return TransformObservation(env, lambda seen: 5 * int(seen[0]) + int(seen[1]), Discrete(25))
+
+
+@pytest.mark.parametrize("wrap", [as_one_action, as_one_sight, lambda env: as_one_action(as_one_sight(env))])
+def test_a_wrapper_that_makes_one_of_the_agents_parts_is_learned_on_as_it_is(wrap: Any, tmp_path: Path) -> None:
+    plain, wrapped = (QLearning(env, seed=0).learn(20) for env in (JointEnv(Meeting()), wrap(JointEnv(Meeting()))))
+    np.testing.assert_array_equal(wrapped.q, plain.q)
+    assert plain.problem.agents == ("west", "east")
+    assert wrapped.problem.agents == ()
+    assert wrapped.problem.state_factors
+    wrapped.save(tmp_path / "wrapped.tuckerl")
+    loaded = QLearning.load(tmp_path / "wrapped.tuckerl", env=wrap(JointEnv(Meeting())))
+    np.testing.assert_array_equal(loaded.learn(25).q, wrapped.learn(25).q)
+    with pytest.raises(ParameterError):
+        QLearning.load(tmp_path / "wrapped.tuckerl", env=wrap(JointEnv(Meeting(), "sum")))
 
 
 def test_copies_go_their_own_ways() -> None:

@@ -10,11 +10,12 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from gymnasium.spaces import Tuple
 
 from tuckerl._jit import call_python, kernel, python_callback
 from tuckerl.adapters.joint import JointEnv
 from tuckerl.adapters.making import GymEnvironment
-from tuckerl.adapters.masks import MASK, MASK_IS_LATE
+from tuckerl.adapters.masks import MASK, MASK_IS_LATE, MaskReader
 from tuckerl.adapters.python_problem import AgentSpaces, PythonProblem
 from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
 from tuckerl.adapters.step_results import ENDS, ends_of
@@ -127,7 +128,8 @@ class GymnasiumProblem(PythonProblem):
     Attributes
     ----------
     agents : tuple
-        Those of a :class:`~tuckerl.JointEnv`, whose observations and actions the joint ones are made of.
+        Those of a :class:`~tuckerl.JointEnv`, whose observations and actions the joint ones are made of; none where
+        wrappers have made something else of either.
 
     Raises
     ------
@@ -150,7 +152,7 @@ class GymnasiumProblem(PythonProblem):
         bins: Any = None,
         **parts: Any,
     ) -> None:
-        readers = env.unwrapped.readers if isinstance(env.unwrapped, JointEnv) else {}
+        readers = _readers_of_team(env)
         if readers and isinstance(bins, Mapping):
             bins = _bins_in_order(bins, tuple(readers))
         spaces = AgentSpaces(env.observation_space, env.action_space, bins)
@@ -177,7 +179,7 @@ class GymnasiumProblem(PythonProblem):
 
     def description(self) -> Description:
         """Return all that makes this environment the one that it is, but for its code, as JSON."""
-        return super().description() | ({"team reward": str(self._team_reward)} if self.agents else {})
+        return super().description() | ({} if self._team_reward is None else {"team reward": str(self._team_reward)})
 
     def _declared(self, env: Any) -> list[tuple[Any, Any]]:
         return [(env.observation_space, env.action_space)]
@@ -205,6 +207,15 @@ class GymnasiumProblem(PythonProblem):
         if self._team is not None and isinstance(observation, Mapping):
             return self._team.decide(observation, choose, action_masks)
         return self.spaces[0].decide(observation, 0, choose, action_masks)
+
+
+def _readers_of_team(env: GymEnvironment) -> dict[Any, MaskReader]:
+    """Return a joint environment's readers by agent, as long as its wrappers leave a part of both spaces to each."""
+    joint, spaces = env.unwrapped, (env.observation_space, env.action_space)
+    if not isinstance(joint, JointEnv):
+        return {}
+    is_whole = all(isinstance(space, Tuple) and len(space) == len(joint.readers) for space in spaces)
+    return joint.readers if is_whole else {}
 
 
 def _bins_in_order(bins: Mapping[Any, Any], agents: tuple[Any, ...]) -> tuple[Any, ...]:
