@@ -7,13 +7,21 @@ from typing import Any
 
 import typer
 
-from tuckerl.errors import DecompositionWarning, DivergenceWarning, RankWarning, StepCapWarning, ZeroWeightWarning
+from tuckerl.errors import (
+    DecompositionWarning,
+    DivergenceWarning,
+    RankWarning,
+    ResumeWarning,
+    StepCapWarning,
+    ZeroWeightWarning,
+)
 
 OWN: tuple[type[Warning], ...] = (
     RankWarning,
     ZeroWeightWarning,
     DecompositionWarning,
     StepCapWarning,
+    ResumeWarning,
     DivergenceWarning,
 )
 
