@@ -1,5 +1,6 @@
 """Environments that are made in the same way are the same, or it is said that they are not."""
 
+import copy
 import random
 from typing import Any
 
@@ -120,6 +121,14 @@ def test_a_copy_that_is_another_is_refused_where_one_is_needed() -> None:
     agent = learned(env).learn(2)
     with pytest.raises(ProblemError, match=r"a copy of Remade is not like it \(in wind\), as its class says"):
         agent.evaluate(2)
+
+
+def test_a_learner_is_not_copied_where_its_environment_would_be_made_anew() -> None:
+    for env in (Remade, Remade(), gymnasium.wrappers.TimeLimit(Remade(), 4)):
+        agent = learned(env).learn(2)
+        with pytest.raises(ProblemError, match=r"as Remade says itself how it is copied: use the learner's save\(\)"):
+            copy.deepcopy(agent)
+    copy.deepcopy(learned(Noise).learn(2))
 
 
 class Growing(Noise):

@@ -63,7 +63,7 @@ def lost_by_copying(env: Any) -> str | None:
 
     Only classes that say themselves how they are copied lose anything: Gymnasium's `EzPickle` makes a new one.
     """
-    if not any(_copies_by_rule(type(layer)) for layer in _layers(env)):
+    if class_that_says_how(env) is None:
         return None
     try:
         other = copy.deepcopy(env)
@@ -75,16 +75,23 @@ def lost_by_copying(env: Any) -> str | None:
     return lost
 
 
+def class_that_says_how(env: Any) -> str | None:
+    """Return the name of the class, of an environment or a wrapper of it, that says itself how it is copied, if any."""
+    return next((type(layer).__name__ for layer in _layers(env) if _copies_by_rule(type(layer))), None)
+
+
 def _layers(env: Any) -> Iterator[Any]:
     while env is not None:
         yield env
-        env = vars(env).get("env") if hasattr(env, "__dict__") else None
+        held = getattr(env, "__dict__", {})
+        env = held.get("env", held.get("aec_env"))  # the latter in PettingZoo's aec_to_parallel
 
 
 def _copies_by_rule(kind: type) -> bool:
     """Return whether a class says itself how its objects are copied."""
     ways = ("__getstate__", "__reduce__", "__reduce_ex__")
-    return hasattr(kind, "__deepcopy__") or any(getattr(kind, way) is not getattr(object, way) for way in ways)
+    says = hasattr(kind, "__deepcopy__") or hasattr(kind, "__setstate__")
+    return says or any(getattr(kind, way) is not getattr(object, way) for way in ways)
 
 
 def difference_of_data(first: Any, second: Any, place: str = "") -> str | None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tuckerl._jit import kernel
-from tuckerl.adapters.alike import lost_by_copying
+from tuckerl.adapters.alike import class_that_says_how, lost_by_copying
 from tuckerl.adapters.generators import OwnGenerators
 from tuckerl.adapters.masks import MASK_IS_LATE
 from tuckerl.adapters.seeding import EpisodeSeeds
@@ -62,9 +62,9 @@ class EnvironmentCopies:
         Raises
         ------
         ProblemError
-            If one cannot be copied.
+            If one cannot be copied, or its class says itself how it is copied: it may be made anew, and what was drawn
+            would be lost.
         """
-        self._refuse_remade()
         try:
             copied = [copy.deepcopy(env, memo) for env in environments]
         except Exception as error:  # whatever a copy raises
@@ -72,6 +72,12 @@ class EnvironmentCopies:
                 f"{self.source} cannot be copied ({type(error).__name__}: {error}): use the learner's save(), and "
                 "load() with another environment as env="
             ) from error
+        remade = next(filter(None, map(class_that_says_how, environments)), None)
+        if remade is not None:
+            raise ProblemError(
+                f"{self.source} cannot be copied as it is, as {remade} says itself how it is copied: use the learner's "
+                "save(), and load() with another environment as env="
+            )
         copies = EnvironmentCopies(copied[0], self.source, self._make)
         copies._spare = copied[::-1]
         return copies
