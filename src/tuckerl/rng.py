@@ -72,15 +72,16 @@ def restore_generator(generator: AnyGenerator, held: Mapping[str, Any]) -> None:
             check_int(name, where[name], 0, most)
         if kind.startswith("PCG64") and held["state"]["inc"] % 2 == 0:
             raise ValueError("its increment must be odd")
-        _set_state(generator, held)
+        set_state(generator, held)
         if generator_as_json(generator) != held:
             raise ValueError("its numbers are out of range")
     except Exception as error:  # whatever NumPy raises
-        _set_state(generator, fresh)
+        set_state(generator, fresh)
         raise SavedFileError(f"it holds no state of a random generator {kind} ({error})") from error
 
 
-def _set_state(generator: AnyGenerator, held: Mapping[str, Any]) -> None:
+def set_state(generator: AnyGenerator, held: Mapping[str, Any]) -> None:
+    """Let a generator go on from what `state_of` returned, or from the same as JSON, which is not checked."""
     if isinstance(generator, random.Random):
         version, words, gauss = held["state"]
         generator.setstate((version, tuple(words), gauss))
@@ -90,20 +91,26 @@ def _set_state(generator: AnyGenerator, held: Mapping[str, Any]) -> None:
         generator.bit_generator.state = held
 
 
+def state_of(generator: AnyGenerator) -> dict[str, Any]:
+    """Return a generator's state, for `set_state`."""
+    if isinstance(generator, random.Random):
+        return {"bit_generator": kind_of_generator(generator), "state": generator.getstate()}
+    if isinstance(generator, np.random.RandomState):
+        return dict(generator.get_state(legacy=False))
+    return dict(generator.bit_generator.state)
+
+
 def generator_as_json(generator: AnyGenerator) -> Any:
     """Return a generator's state as JSON."""
 
     def plain(value: Any) -> Any:
         if isinstance(value, dict):
             return {name: plain(part) for name, part in value.items()}
+        if isinstance(value, tuple):
+            return list(map(plain, value))
         return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
 
-    if isinstance(generator, random.Random):
-        version, words, gauss = generator.getstate()
-        return {"bit_generator": kind_of_generator(generator), "state": [version, list(words), gauss]}
-    if isinstance(generator, np.random.RandomState):
-        return plain(generator.get_state(legacy=False))
-    return plain(generator.bit_generator.state)
+    return plain(state_of(generator))
 
 
 @kernel

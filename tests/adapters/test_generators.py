@@ -11,7 +11,7 @@ from gymnasium.spaces import Discrete, Tuple
 
 import tuckerl
 from tuckerl.adapters.generators import own_generators
-from tuckerl.errors import ResumeWarning, SavedFileError
+from tuckerl.errors import EnvironmentFaultError, ResumeWarning, SavedFileError
 
 KINDS: dict[str, Any] = {
     "Generator": np.random.default_rng,
@@ -79,6 +79,32 @@ def test_they_are_decided_by_the_seed_and_go_on_from_a_file(kind: str, tmp_path:
     both = learned(made(), n_agents=2).learn(8)
     assert not np.array_equal(both.returns[:, 0], both.returns[:, 1])
     assert np.array_equal(whole.evaluate(5, seed=1).returns, again.evaluate(5, seed=1).returns)
+
+
+class Fails(Own):
+    """Raises once, in its step of this number."""
+
+    fails_in: int | None = None
+    steps = 0
+
+    def step(self, action: Any) -> Any:
+        self.steps += 1
+        if self.steps == self.fails_in:
+            raise OSError("once")
+        return super().step(action)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("fails_in", [2, 23])  # in the first episode, and later
+def test_an_episode_that_was_broken_off_is_played_again(kind: str, fails_in: int) -> None:
+    whole = learned(Own(KINDS[kind]())).learn(10)
+    env = Fails(KINDS[kind]())
+    env.fails_in = fails_in
+    agent = learned(env)
+    with pytest.raises(EnvironmentFaultError, match="once"):
+        agent.learn(10)
+    agent.learn(10 - agent.episodes)
+    assert np.array_equal(whole.returns, agent.returns)
 
 
 def test_another_kind_of_generator_is_refused(tmp_path: Path) -> None:

@@ -15,7 +15,15 @@ import numpy as np
 
 from tuckerl.adapters.seeding import generator_of
 from tuckerl.errors import ResumeWarning, SavedFileError
-from tuckerl.rng import AnyGenerator, child, generator_as_json, kind_of_generator, restore_generator
+from tuckerl.rng import (
+    AnyGenerator,
+    child,
+    generator_as_json,
+    kind_of_generator,
+    restore_generator,
+    set_state,
+    state_of,
+)
 from tuckerl.saved_json import checked_json
 
 _MOST = 100_000  # objects that are looked at
@@ -37,6 +45,8 @@ class OwnGenerators:
     def __init__(self, env: Any, source: str) -> None:
         self._env, self._source = env, source
         self._has_begun = self._is_told = False
+        self._own: dict[str, AnyGenerator] = {}  # as they were found latest
+        self._kept: list[tuple[AnyGenerator, dict[str, Any]]] | None = None
         self._globals: Any = None
         self._n_watched = 0
         self.reason: str | None = None
@@ -46,11 +56,23 @@ class OwnGenerators:
         """Seed those that there are before the first reset, whose seed decides all that it passes on."""
         if not self._has_begun:
             self._has_begun = True
-            seed_generators(self._found(), sequence)
+            self._own = self._found()
+            seed_generators(self._own, sequence)
 
     def follow(self, original: "OwnGenerators") -> None:
         """Go on as those of an environment of which this one is a copy: they were copied as they are."""
         self._has_begun, self.reason = original._has_begun, original.reason
+        self._own = self._found() if self._has_begun else {}
+
+    def keep(self) -> None:
+        """Remember their states, for `undo`."""
+        self._kept = [(own, state_of(own)) for own in self._own.values()] if self._has_begun else None
+
+    def undo(self) -> None:
+        """Go back to where `keep` was called."""
+        self._has_begun = self._kept is not None  # else the first reset is played again, and they are seeded
+        for own, state in self._kept or ():
+            set_state(own, state)
 
     def look_away(self) -> None:
         """Forget the state of the global generators: others may draw from them now."""
@@ -90,7 +112,7 @@ class OwnGenerators:
         self._has_begun = True
         if not held.keys() <= self._found().keys():
             self._env.reset(seed=0)  # which makes them, perhaps
-        found = self._found()
+        self._own = found = self._found()
         for place, state in held.items():
             kind = state.get("bit_generator")
             if place not in found or kind_of_generator(found[place]) != kind:

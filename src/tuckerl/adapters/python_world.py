@@ -217,13 +217,15 @@ class PythonWorld(World):
         self.generators.look_away()
 
     def keep(self) -> None:
-        """Remember the environment's seeds and generator, and the masks that were seen."""
+        """Remember the environment's seeds and generators, and the masks that were seen."""
         self.seeds.keep()
+        self.generators.keep()
         self._masks_before.clear()
 
     def undo(self) -> None:
         """Go back to where `keep` was called; what else an environment remembers of an episode stays."""
         self.seeds.undo()
+        self.generators.undo()
         for (table, state), mask in self._masks_before.items():
             self._own_masks[table][state] = mask
 
