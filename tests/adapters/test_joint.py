@@ -27,8 +27,9 @@ from tests.adapters.parallel_worlds import (
     World,
     altered,
 )
-from tuckerl import JointEnv, QLearning
+from tuckerl import JointEnv, QLearning, TeamQ
 from tuckerl.errors import (
+    EnvironmentFaultError,
     ObservationError,
     ParameterError,
     ParameterTypeError,
@@ -356,6 +357,29 @@ def test_a_wrapper_that_makes_one_of_the_agents_parts_is_learned_on_as_it_is(wra
     np.testing.assert_array_equal(loaded.learn(25).q, wrapped.learn(25).q)
     with pytest.raises(ParameterError):
         QLearning.load(tmp_path / "wrapped.tuckerl", env=wrap(JointEnv(Meeting(), "sum")))
+
+
+@pytest.mark.parametrize("kind", ["observation", "action"])
+def test_spaces_that_change_between_resets_are_named(kind: str) -> None:
+    class Growing(Meeting):
+        def begin(self, seed: int | None) -> None:
+            super().begin(seed)
+            if len(self.reset_with) > 3:
+                (self.observation_spaces if kind == "observation" else self.action_spaces)["east"] = Discrete(7)
+
+    message = rf"spaces of .* must stay as they are.*: {kind} of east n was \d; got 7; declare the largest"
+    env = JointEnv(Growing())
+    for _ in range(3):
+        env.reset()
+    with pytest.raises(ProblemError, match=message):
+        env.reset()
+    with pytest.raises(EnvironmentFaultError, match=message):
+        TeamQ(Growing(), seed=0).learn(9)
+
+
+def test_spaces_that_are_made_anew_and_equal_are_the_same() -> None:
+    env = altered(Meeting(), action_space=lambda agent: Discrete(3))
+    assert TeamQ(env, seed=0).learn(3).episodes == 3
 
 
 def test_copies_go_their_own_ways() -> None:

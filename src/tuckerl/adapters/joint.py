@@ -19,6 +19,7 @@ from tuckerl.adapters.masks import MASK, MaskReader
 from tuckerl.adapters.step_results import as_flag, check_reward, reset_result, step_result
 from tuckerl.checks import check_name, shown
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
+from tuckerl.spaces.description import difference_of_spaces
 from tuckerl.types import BoolArray
 
 INFOS = "infos"
@@ -55,7 +56,8 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
     ParameterTypeError
         If `env` is no parallel environment.
     ProblemError
-        If it lacks ``possible_agents``; later, if its agents are not among these, or one is alive and not observed.
+        If it lacks ``possible_agents``; later, if its agents are not among these, one is alive and not observed, or an
+        agent's spaces are others than they were.
     UnknownNameError
         If `reward` is neither a rule nor an agent.
 
@@ -86,9 +88,8 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
         if reward not in self.possible_agents:
             check_name("reward", reward, {"mean", "sum", *(a for a in self.possible_agents if isinstance(a, str))})
         self.reward = reward
-        self.readers = {
-            agent: MaskReader(env.observation_space(agent), env.action_space(agent)) for agent in self.possible_agents
-        }
+        self._declared = {agent: self._spaces_of(agent) for agent in self.possible_agents}
+        self.readers = {agent: MaskReader(*own) for agent, own in self._declared.items()}
         self.observation_space = spaces.Tuple(reader.observation_space for reader in self.readers.values())
         self.action_space = spaces.Tuple(reader.action_space for reader in self.readers.values())
         self.metadata = {"render_modes": [], **getattr(env, "metadata", {})}
@@ -107,11 +108,13 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
         Raises
         ------
         ProblemError
-            If no agent is there, an unknown one is, or one of ``possible_agents`` is not observed.
+            If no agent is there, an unknown one is, one of ``possible_agents`` is not observed, or its spaces are
+            others than they were.
         """
         super().reset(seed=seed)
         self._live, self._left, self._seen, self._masks, self._widths = (), set(), {}, {}, {}
         observations, infos = reset_result(self.env.reset(seed=seed, options=options))
+        self._check_spaces()
         live = self._live_agents()
         if not live:
             raise ProblemError(f"{self.env} must have agents after its reset; its list `agents` is empty")
@@ -169,6 +172,19 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
 
     def __str__(self) -> str:
         return f"<JointEnv<{self.env}>>"
+
+    def _spaces_of(self, agent: Any) -> tuple[spaces.Space[Any], spaces.Space[Any]]:
+        return self.env.observation_space(agent), self.env.action_space(agent)
+
+    def _check_spaces(self) -> None:
+        """Refuse spaces that are others than those that the joint ones were made of."""
+        for agent, before in self._declared.items():
+            for what, was, now in zip(("observation", "action"), before, self._spaces_of(agent), strict=True):
+                if difference := difference_of_spaces(was, now, f"{what} of {agent}"):
+                    raise ProblemError(
+                        f"the spaces of {self.env} must stay as they are, as joint ones are made of them: {difference};"
+                        " declare the largest, and mask actions"
+                    )
 
     def _live_agents(self) -> tuple[Any, ...]:
         # Environments change their list in place, and some go on to report who has left.

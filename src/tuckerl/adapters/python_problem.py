@@ -19,7 +19,7 @@ from tuckerl.problems.problem import GIVE_ENV, Arrays, Choose, Header, Problem
 from tuckerl.saved_arrays import SavedArrays
 from tuckerl.saved_json import checked_json
 from tuckerl.spaces.bins import MOST_BINS
-from tuckerl.spaces.description import Description, describe_numbers, describe_space, digest, first_difference
+from tuckerl.spaces.description import Description, describe_numbers, describe_space, difference_of_spaces, digest
 from tuckerl.spaces.encoder import SpaceEncoder, check_countable, digit_names, space_encoder, space_encoder_of_edges
 from tuckerl.types import BoolArray, FloatArray
 
@@ -91,10 +91,8 @@ class AgentSpaces:
     def difference(self, observation_space: Any, action_space: Any) -> str | None:
         """Return the first thing in which other spaces differ from these; None where none does."""
         was = (self._observation_space, self.actions.space)
-        for what, own, now in zip(("observation", "action"), was, (observation_space, action_space), strict=True):
-            if own is not now and (found := first_difference(describe_space(own), describe_space(now), what)):
-                return found
-        return None
+        pairs = zip(was, (observation_space, action_space), ("observation", "action"), strict=True)
+        return next((found for pair in pairs if (found := difference_of_spaces(*pair))), None)
 
     def description(self) -> Description:
         """Return the spaces as the environment declares them, and the edges of the bins, as JSON."""

@@ -102,6 +102,11 @@ def first_difference(before: Any, now: Any, name: str = "") -> str | None:
     return next((difference for difference in differences if difference), None)
 
 
+def difference_of_spaces(before: gymnasium.Space[Any], now: gymnasium.Space[Any], name: str) -> str | None:
+    """Return the first thing in which two spaces differ; None where none does."""
+    return None if before is now else first_difference(describe_space(before), describe_space(now), name)
+
+
 def _is_nested(value: Any) -> bool:
     return isinstance(value, list) and any(isinstance(part, (dict, list)) for part in value)
 
