@@ -189,3 +189,8 @@ def test_masks_of_several_dimensions_are_numbered_in_c_order(given: Any, expecte
 def test_readers_can_be_copied(duplicate: Any) -> None:
     _, mask = duplicate(MaskReader(CLASSIC, Discrete(3)))({"observation": 4, "action_mask": [0, 1, 0]}, {})
     assert mask.tolist() == [False, True, False]
+
+
+def test_a_number_that_python_does_not_write_is_refused_as_any_other() -> None:
+    with pytest.raises(ObservationError, match=r"an action mask must be a row of 3 entries.*; got about 10\^5000"):
+        MaskReader(Discrete(5), Discrete(3))(0, {"action_mask": 10**5000})

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from gymnasium import Space, spaces
 
+from tuckerl.checks import shown
 from tuckerl.errors import ObservationError, SpaceError
-from tuckerl.problems.action_masks import Batch, as_mask, freed, joint_mask, masks_in_row, masks_of_parts, shown
+from tuckerl.problems.action_masks import Batch, as_mask, freed, joint_mask, masks_in_row, masks_of_parts
 from tuckerl.types import BoolArray
 
 MASK = "action_mask"

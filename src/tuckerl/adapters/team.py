@@ -5,8 +5,8 @@ from typing import Any
 
 from tuckerl.adapters.masks import MaskReader
 from tuckerl.adapters.python_problem import AgentSpaces
+from tuckerl.checks import shown
 from tuckerl.errors import ObservationError
-from tuckerl.problems.action_masks import shown
 from tuckerl.problems.problem import Choose
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.checks import refuse_mask
+from tuckerl.checks import refuse_mask, shown
 from tuckerl.errors import ObservationError
 from tuckerl.types import BoolArray
 
@@ -77,12 +77,6 @@ def joint_mask(parts: Sequence[BoolArray]) -> BoolArray:
 def freed(mask: BoolArray) -> BoolArray:
     """Return a mask in which a row that allows nothing allows everything."""
     return mask | ~mask.any(axis=-1, keepdims=True)
-
-
-def shown(value: object) -> str:
-    """Return how Python writes a value, in one line and not longer than a message bears."""
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 200 else f"{text[:197]}..."
 
 
 def _entries(given: Any) -> np.ndarray[Any, Any] | None:
