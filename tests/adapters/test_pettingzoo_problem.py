@@ -72,33 +72,28 @@ def test_an_agent_that_has_left_need_not_be_observed() -> None:
 
 
 def test_rules_that_are_broken_are_named() -> None:
-    def unpaid(env: Any) -> Any:
+    def without(part: int) -> Any:
+        env = Meeting()
         whole = env.step
-        return altered(env, step=lambda actions: [{} if i == 1 else x for i, x in enumerate(whole(actions))])
-
-    def unseen(env: Any) -> Any:
-        whole = env.step
-        return altered(env, step=lambda actions: [{} if i == 0 else x for i, x in enumerate(whole(actions))])
+        return altered(env, step=lambda actions: [{} if i == part else x for i, x in enumerate(whole(actions))])
 
     def later(env: Any) -> Any:
         whole = env.reset
         return altered(env, reset=lambda **how: tuple({"west": part["west"]} for part in whole(**how)), agents=["west"])
 
-    def empty(env: Any) -> Any:
-        return altered(env, reset=lambda **how: ({}, {}))
-
-    for broken, begins, message in [
-        (unpaid, False, "KeyError: 'west'"),
-        (unseen, False, "KeyError: 'west'"),
-        (empty, True, "there must be agents after the reset"),
-    ]:
-        world = world_of(broken(Meeting()))
+    for part, what in enumerate(("an observation", "a reward", "a termination", "a truncation")):
+        world = world_of(without(part))
         step_together(world.arrays, True)
-        if not begins:
-            world.arrays.action[:] = 1
-            step_together(world.arrays, False)
-        with pytest.raises(EnvironmentFaultError, match=message):
+        world.arrays.action[:] = 1
+        step_together(world.arrays, False)
+        with pytest.raises(
+            EnvironmentFaultError, match=f"step must return {what} of every agent that acted; none came of west"
+        ):
             world.raise_pending()
+    world = world_of(altered(Meeting(), reset=lambda **how: ({}, {})))
+    step_together(world.arrays, True)
+    with pytest.raises(EnvironmentFaultError, match="there must be agents after the reset"):
+        world.raise_pending()
     env = later(Meeting())
     strict = env.step
     env.step = lambda actions: strict({"west": actions["west"], "east": 1})
@@ -112,6 +107,21 @@ def test_rules_that_are_broken_are_named() -> None:
         EnvironmentFaultError, match="agents must be there from an episode's beginning; east came later"
     ):
         world.raise_pending()
+
+
+def test_agents_that_were_not_listed_are_named() -> None:
+    message = "agents must be among the possible_agents, west, east; got 'north'"
+    env = Meeting()
+    env.observation_spaces["north"] = env.action_spaces["north"] = spaces.Discrete(5)
+    env.observe = lambda agent: 0  # type: ignore[method-assign]
+    world = world_of(env)
+    env.possible_agents.append("north")
+    step_together(world.arrays, True)
+    with pytest.raises(EnvironmentFaultError, match=message):
+        world.raise_pending()
+    stranger = altered(Meeting(), reset=lambda **how: ({"north": 0}, {}))
+    with pytest.raises(ProblemError, match=message):
+        PettingZooProblem(stranger, "meeting")
 
 
 def test_environments_that_do_not_name_their_agents_are_refused() -> None:

@@ -3,7 +3,7 @@
 A kernel lets all agents choose, hands their actions to Python through one callback, and lets all of them learn.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,9 +14,9 @@ from tuckerl.adapters.masks import observation_part
 from tuckerl.adapters.python_problem import AgentSpaces, Edges, PythonProblem
 from tuckerl.adapters.python_world import FAULT, REWARD_IS_NOT_FINITE, YIELD, PythonWorld, must_return
 from tuckerl.adapters.step_results import check_reward, ends_of, step_result
+from tuckerl.checks import shown
 from tuckerl.errors import ObservationError, ParameterError, ProblemError
 from tuckerl.interrupts import is_impatient, may_raise_interrupts
-from tuckerl.problems.action_masks import shown
 from tuckerl.problems.dynamics import TERMINATED, register_shared_dynamics
 from tuckerl.problems.parts import NO_LIMIT
 from tuckerl.problems.problem import Choose
@@ -119,11 +119,25 @@ class PettingZooProblem(PythonProblem):
         self.has_masks = self.has_masks or len({own.actions.n for own in spaces}) > 1
 
     def _look(self, observation: Any, info: Any) -> bool:
+        self.check_listed(observation)
         masks = [
             self.spaces[self.agents.index(agent)].encode(own, info.get(agent) or {})[1]
             for agent, own in observation.items()
         ]
         return any(mask is not None for mask in masks)
+
+    def check_listed(self, agents: Iterable[Any]) -> None:
+        """Refuse agents that are not in the list of those that there may be.
+
+        Raises
+        ------
+        ProblemError
+            If there is one.
+        """
+        unknown = [agent for agent in agents if agent not in self.agents]
+        if unknown:
+            known = ", ".join(map(str, self.agents))
+            raise ProblemError(f"the agents must be among the possible_agents, {known}; got {unknown[0]!r}")
 
     def n_tables(self, n_agents: int) -> int:
         """Return the number of the environment's agents.
@@ -234,6 +248,7 @@ class PettingZooWorld(PythonWorld):
         observations, infos = self.begin()
         if not observations:
             raise ProblemError("there must be agents after the reset; it returned no observations")
+        self.problem.check_listed(observations)
         self._met.clear()
         self.arrays.playing[:] = False
         self.arrays.reward[:] = 0.0
@@ -253,12 +268,13 @@ class PettingZooWorld(PythonWorld):
         arrays.end[:] = 0
         for agent in chosen:
             place = self._places[agent]
-            check_reward(rewards[agent])
-            arrays.reward[place] = rewards[agent]
-            end = ends_of(terminations[agent], truncations[agent])
+            reward = _of(agent, rewards, "a reward")
+            check_reward(reward)
+            arrays.reward[place] = reward
+            end = ends_of(_of(agent, terminations, "a termination"), _of(agent, truncations, "a truncation"))
             arrays.end[place] = TERMINATED if end & TERMINATED else end
             if agent in observations or arrays.end[place] == 0:  # who has left need not see anything more
-                self._note(agent, observations[agent], infos.get(agent) or {})
+                self._note(agent, _of(agent, observations, "an observation"), infos.get(agent) or {})
         self._met.update(chosen)
         if not set(observations) <= self._met:  # who has left and is still reported is not looked at
             late = sorted(map(str, set(observations) - self._met))
@@ -270,3 +286,11 @@ class PettingZooWorld(PythonWorld):
         self.arrays.state[place] = state
         if mask is not None or self.problem.has_masks:  # spares a call at each step of most environments
             self.note_mask(place, state, mask)
+
+
+def _of(agent: Any, values: Mapping[Any, Any], what: str) -> Any:
+    """Return an agent's own of what a step returned by agent."""
+    try:
+        return values[agent]
+    except KeyError as error:
+        raise ProblemError(f"step must return {what} of every agent that acted; none came of {agent}") from error
