@@ -13,14 +13,12 @@ from itertools import takewhile
 from typing import Any
 
 import numpy as np
-from gymnasium.envs.toy_text import CliffWalkingEnv, FrozenLakeEnv, TaxiEnv
 
-from tuckerl.adapters.transition_tables import extract_transition_table
+from tuckerl.adapters.transition_tables import TOY_TEXT, extract_transition_table
 from tuckerl.errors import ProblemError
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.problem import Problem
 
-_TOY_TEXT = (CliffWalkingEnv, FrozenLakeEnv, TaxiEnv)
 _OWN = "tuckerl.environments."
 # What a subclass may override and still play by its table: how it is made, shown, named and closed.
 _HARMLESS = {"__init__", "action_names", "close", "metadata", "render"}
@@ -46,7 +44,7 @@ def carried_problem(env: Any) -> Problem | None:
 def plays_what_it_carries(env: Any) -> bool:
     """Return whether an environment's steps are known to be those of the transitions that it carries."""
     kinds = type(env).__mro__
-    known = next((kind for kind in kinds if kind in _TOY_TEXT or kind.__module__.startswith(_OWN)), None)
+    known = next((kind for kind in kinds if kind in TOY_TEXT or kind.__module__.startswith(_OWN)), None)
     if known is None or not all(_is_untouched(known, name) for name in ("reset", "step")):
         return False
     users = takewhile(lambda kind: kind is not known, kinds)

@@ -27,7 +27,9 @@ from tuckerl.problems.outcomes import normalised, sum_tolerance
 from tuckerl.problems.parts import Layout, as_array
 from tuckerl.types import BoolArray, FloatArray
 
-_TOY_TEXT = (CliffWalkingEnv, FrozenLakeEnv, TaxiEnv)
+TOY_TEXT = (CliffWalkingEnv, FrozenLakeEnv, TaxiEnv)
+"""Gymnasium's environments whose own steps look everything up in their table."""
+
 _MOST_LIKELY = 1.001  # a certain outcome may exceed 1 by rounding; how far sums may is told by their type
 _OTHERWISE = "correct it, or learn with compiled=False, which steps the environment itself"
 
@@ -136,7 +138,7 @@ def _hides_something(env: gymnasium.Env[Any, Any]) -> bool:
     own = getattr(env, "__dict__", {})
     if "step" in own or "reset" in own or getattr(env, "fickle_passenger", False):
         return True
-    for kind in _TOY_TEXT:
+    for kind in TOY_TEXT:
         if isinstance(env, kind) and (type(env).step is not kind.step or type(env).reset is not kind.reset):
             return True
     mask = getattr(env, "action_mask", None)
