@@ -81,6 +81,16 @@ def test_the_way_to_the_parameters_is_shown(
     assert "`tuckerl list ALGORITHM` shows an algorithm's" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("command", ["train", "compare", "reproduce"])
+def test_what_no_seed_decides_is_said(
+    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "400")
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    assert "not what an environment takes from elsewhere, such as the clock" in capsys.readouterr().out
+
+
 def test_on_a_terminal_there_are_tables(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(listing, "Console", lambda: Console(force_terminal=True, width=100))
     shown = listed(["environments"], capsys)

@@ -5,7 +5,13 @@ from typing import Annotated
 import typer
 
 Workers = Annotated[int | None, typer.Option(help="Processes. Default: one for each core.")]
-Seed = Annotated[int, typer.Option(help="Decides all results.")]
+Seed = Annotated[
+    int,
+    typer.Option(
+        help="Decides what agents and environments draw, and with it all results; not what an environment takes from "
+        "elsewhere, such as the clock."
+    ),
+]
 EnvSettings = Annotated[
     list[str] | None,
     typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
