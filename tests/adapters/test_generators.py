@@ -1,6 +1,7 @@
 """Generators that an environment keeps besides np_random: decided by the learner's seed, and saved with it."""
 
 import random
+from collections import deque
 from pathlib import Path
 from typing import Any
 
@@ -131,10 +132,81 @@ def test_what_cannot_be_repeated_is_named_once(env: Any, reason: str, tmp_path: 
 def test_they_are_found_wherever_they_are() -> None:
     env = Own(KINDS["random"]())
     env.observation_space = Tuple([Discrete(2)])
-    assert {place for place in own_generators(env) if "space" in place} == {
+    assert {place for place in own_generators(env).generators if "space" in place} == {
         "env.observation_space._np_random",
         "env.observation_space.spaces[0]._np_random",
         "env.action_space._np_random",
     }
-    assert "env.nested['deep'][0]" in own_generators(env)
-    assert not any("nested" in place for place in own_generators(Global()))
+    assert "env.nested['deep'][0]" in own_generators(env).generators
+    assert not any("nested" in place for place in own_generators(Global()).generators)
+
+
+class Slotted:
+    __slots__ = ("__rng",)
+
+    def __init__(self) -> None:
+        self.__rng = np.random.default_rng()
+
+
+def test_they_are_found_in_slots_and_containers_of_all_kinds() -> None:
+    env = Own({"slotted": deque([Slotted()]), "set": {np.random.default_rng()}, "numbers": list(range(10**6))})
+    found = own_generators(env)
+    prefix = "env.nested['deep'][0]"
+    assert {f"{prefix}['slotted'][0]._Slotted__rng", f"{prefix}['set']<0>"} <= found.generators.keys()
+    assert found.reason is not None
+    assert "stands where it cannot be found again" in found.reason
+    many = own_generators(Own([np.random.default_rng(), {i: (i, i) for i in range(10**6)}]))
+    assert f"{prefix}[0]" in many.generators
+    assert many.reason == "it holds too many objects to look for generators in all of them"
+
+
+class MapOfTheAuthor(Own):
+    """Draws its map when it is first reset, from a generator that its author seeded."""
+
+    maps: list[list[int]] = []  # noqa: RUF012  # of all of them
+
+    def __init__(self) -> None:
+        super().__init__(np.random.default_rng(42))
+        self.map: list[int] = []
+
+    def reset(self, **given: Any) -> Any:
+        if not self.map:
+            self.map = self.nested["deep"][0].permutation(9).tolist()
+            self.maps.append(self.map)
+        return super().reset(**given)
+
+
+def test_what_the_author_seeded_is_left_alone() -> None:
+    agent = learned(MapOfTheAuthor).learn(2)
+    for seed in range(2):
+        agent.evaluate(2, seed=seed)
+    assert len(MapOfTheAuthor.maps) > 3
+    assert all(one == np.random.default_rng(42).permutation(9).tolist() for one in MapOfTheAuthor.maps)
+
+
+class MadeInReset(Own):
+    """Makes its generator in every reset from the seed it is given, or once without one."""
+
+    def __init__(self, is_lazy: bool) -> None:
+        super().__init__(None)
+        self.is_lazy = is_lazy
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> Any:
+        if not self.is_lazy or self.nested["deep"][0] is None:
+            self.nested["deep"][0] = np.random.default_rng(None if self.is_lazy else seed)
+        return super().reset(seed=seed, options=options)
+
+
+@pytest.mark.parametrize("is_lazy", [True, False])
+@pytest.mark.parametrize("given", [lambda make: make(), lambda make: make])
+@pytest.mark.parametrize("n", [1, 2, 6])
+def test_those_made_in_resets_are_decided_too(is_lazy: bool, given: Any, n: int, tmp_path: Path) -> None:
+    def make() -> Any:
+        return MadeInReset(is_lazy)
+
+    whole, part = learned(given(make)).learn(12), learned(given(make)).learn(n)
+    part.save(tmp_path / "agent")
+    again = tuckerl.QLearning.load(tmp_path / "agent", env=given(make)).learn(12 - n)
+    assert np.array_equal(whole.returns, again.returns)
+    assert len(np.unique(whole.returns)) > 6
+    assert whole.evaluate(5, seed=1).mean == again.evaluate(5, seed=1).mean

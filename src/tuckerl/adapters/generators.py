@@ -6,9 +6,12 @@ generator of its own. No seed of a reset reaches these, unless the environment p
 
 import random
 import warnings
-from collections.abc import Iterator, Mapping
-from types import FunctionType, MethodType, ModuleType
-from typing import Any
+from collections import deque
+from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import lru_cache
+from itertools import islice
+from types import FunctionType, MemberDescriptorType, MethodType, ModuleType
+from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
@@ -26,7 +29,8 @@ from tuckerl.rng import (
 )
 from tuckerl.saved_json import checked_json
 
-_MOST = 100_000  # objects that are looked at
+_MOST = 100_000  # parts of objects that are looked at
+_SAMPLE = 1000  # first parts of a larger container: where they are numbers and text, so are all, it is taken
 _WATCHED = 8  # looks at the global generators
 _LEAVES = (str, bytes, int, float, complex, bool, np.generic, np.ndarray, type, ModuleType, FunctionType, MethodType)
 _SHARED = (random._inst, np.random.mtrand._rand)  # the global ones
@@ -40,10 +44,13 @@ class OwnGenerators:
     env
     source : str
         What it is called in messages.
+    decided : callable, optional
+        Returns the places of those that the environment's author seeded, which are left alone. By default there are
+        none.
     """
 
-    def __init__(self, env: Any, source: str) -> None:
-        self._env, self._source = env, source
+    def __init__(self, env: Any, source: str, decided: Callable[[], Collection[str]] = tuple) -> None:
+        self._env, self._source, self._decided = env, source, decided
         self._has_begun = self._is_told = False
         self._own: dict[str, AnyGenerator] = {}  # as they were found latest
         self._kept: list[tuple[AnyGenerator, dict[str, Any]]] | None = None
@@ -53,11 +60,16 @@ class OwnGenerators:
         """Why a file cannot hold all that the environment draws from; None where it can."""
 
     def seed(self, sequence: np.random.SeedSequence) -> None:
-        """Seed those that there are before the first reset, whose seed decides all that it passes on."""
-        if not self._has_begun:
-            self._has_begun = True
-            self._own = self._found()
-            seed_generators(self._own, sequence)
+        """Seed those that there are, but for those that their author seeded."""
+        self._has_begun = True
+        self._own = self._found()
+        decided = self._decided()
+        seed_generators({place: own for place, own in self._own.items() if place not in decided}, sequence)
+
+    def look(self) -> bool:
+        """Look again; return whether any is another than at the latest look, or was not there."""
+        before, self._own = self._own, self._found()
+        return any(own is not before.get(place) for place, own in self._own.items())
 
     def follow(self, original: "OwnGenerators") -> None:
         """Go on as those of an environment of which this one is a copy: they were copied as they are."""
@@ -123,54 +135,85 @@ class OwnGenerators:
             restore_generator(found[place], state)
 
     def _found(self) -> dict[str, AnyGenerator]:
-        try:
-            found = own_generators(self._env)
-        except RecursionError:  # too many objects
-            self.reason = "it holds too many objects to look for generators in all of them"
-            return {}
-        secret = next((place for place, own in found.items() if isinstance(own, random.SystemRandom)), None)
-        if secret is not None:
-            self.reason = f"{secret:.60} draws from the operating system, which cannot be repeated"
-        usual = generator_of(self._env)
-        return {
-            place: own for place, own in found.items() if own is not usual and not isinstance(own, random.SystemRandom)
-        }
+        found, reason = own_generators(self._env)
+        self.reason = self.reason or reason
+        return found
 
 
-def own_generators(env: Any) -> dict[str, AnyGenerator]:
-    """Return the generators that an environment, its wrappers and what they hold keep, by where they stand.
+class FoundGenerators(NamedTuple):
+    """What was found in an environment."""
 
-    Raises
-    ------
-    RecursionError
-        If the environment holds too much to be searched.
-    """
+    generators: dict[str, AnyGenerator]
+    """By where they stand, those first that are fewest steps away."""
+    reason: str | None
+    """Why these are not all, or cannot be saved; None where they are and can."""
+
+
+def own_generators(env: Any) -> FoundGenerators:
+    """Return the generators that an environment, its wrappers and what they hold keep, but for the usual one."""
+    found, is_whole = _searched(env)
+    usual = generator_of(env), getattr(env.unwrapped, "__dict__", {}).get("_np_random")  # of a joint one: both
+    own: dict[str, AnyGenerator] = {}
+    reason = None if is_whole else "it holds too many objects to look for generators in all of them"
+    for place, generator in found.items():
+        if any(generator is one for one in (*usual, *_SHARED)):
+            continue
+        if isinstance(generator, random.SystemRandom):
+            reason = f"{place:.60} draws from the operating system, which cannot be repeated"
+            continue
+        if "<" in place:  # a part of a set, or of a mapping by a key that is written as its address
+            reason = f"{place:.60} stands where it cannot be found again: keep it in a list, or by a name"
+        own[place] = generator
+    return FoundGenerators(own, reason)
+
+
+def _searched(env: Any) -> tuple[dict[str, AnyGenerator], bool]:
+    """Return all generators, by where they stand, and whether all that an environment holds was looked at."""
     found: dict[str, AnyGenerator] = {}
     seen: set[int] = set()
-    objects: list[tuple[str, Any]] = [("env", env)]
+    objects: deque[tuple[str, Any]] = deque([("env", env)])
+    n_parts = 0
     while objects:
-        place, one = objects.pop()
-        if id(one) in seen or isinstance(one, _LEAVES) or one is None:
+        place, one = objects.popleft()
+        if id(one) in seen:
             continue
         seen.add(id(one))
-        if len(seen) > _MOST:
-            raise RecursionError
         if isinstance(one, (np.random.Generator, np.random.RandomState, random.Random)):
-            if not any(one is shared for shared in _SHARED):
-                found[place] = one
+            found[place] = one
             continue
         if isinstance(one, gymnasium.Space):
             one.np_random  # noqa: B018  # a space makes its generator when it is first asked
-        objects.extend(reversed(list(_parts(place, one))))
-    return found
+        for template, name, part in _parts(one):
+            n_parts += 1
+            if n_parts > _MOST:
+                return found, False
+            if part is not None and not isinstance(part, _LEAVES) and id(part) not in seen:
+                objects.append((place + template.format(name), part))
+    return found, True
 
 
-def _parts(place: str, one: Any) -> Iterator[tuple[str, Any]]:
-    if isinstance(one, Mapping):
-        yield from ((f"{place}[{key!r}]", part) for key, part in one.items())
-    elif isinstance(one, (list, tuple)):
-        yield from ((f"{place}[{i}]", part) for i, part in enumerate(one))
-    yield from ((f"{place}.{name}", part) for name, part in getattr(one, "__dict__", {}).items())
+def _parts(one: Any) -> Iterator[tuple[str, Any, Any]]:
+    """Yield what an object holds: how the place of a part is written, its name, and the part."""
+    is_mapping = isinstance(one, Mapping)
+    if is_mapping or isinstance(one, (list, tuple, deque, set, frozenset)):
+        first = islice(one.values() if is_mapping else one, _SAMPLE)
+        if len(one) <= _SAMPLE or not all(isinstance(part, _LEAVES) for part in first):
+            template = "[{!r}]" if is_mapping else "<{}>" if isinstance(one, (set, frozenset)) else "[{}]"
+            for name, part in one.items() if is_mapping else enumerate(one):
+                yield template, name, part
+    for name, part in getattr(one, "__dict__", {}).items():
+        yield ".{}", name, part
+    for name in _slots(type(one)):
+        yield ".{}", name, getattr(one, name, None)
+
+
+@lru_cache(maxsize=256)
+def _slots(kind: type) -> tuple[str, ...]:
+    """Return the attributes that objects of a class keep outside of their ``__dict__``."""
+    classes = (base for base in kind.__mro__ if "__slots__" in vars(base))
+    return tuple(
+        name for base in classes for name, slot in vars(base).items() if isinstance(slot, MemberDescriptorType)
+    )
 
 
 def seed_generators(generators: Mapping[str, AnyGenerator], sequence: np.random.SeedSequence) -> None:

@@ -4,20 +4,21 @@ import copy
 import math
 import time
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from tuckerl._jit import kernel
 from tuckerl.adapters.alike import class_that_says_how, lost_by_copying
-from tuckerl.adapters.generators import OwnGenerators
+from tuckerl.adapters.generators import OwnGenerators, own_generators
 from tuckerl.adapters.masks import MASK_IS_LATE
 from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.adapters.step_results import check_step, reset_result
 from tuckerl.errors import EnvironmentFaultError, ObservationError, ProblemError
 from tuckerl.problems.dynamics import WorldArrays
 from tuckerl.problems.worlds import World
-from tuckerl.rng import child
+from tuckerl.rng import child, generator_as_json
 from tuckerl.types import BoolArray
 
 FAULT, YIELD, REWARD_IS_NOT_FINITE = -1, -2, -3
@@ -55,6 +56,7 @@ class EnvironmentCopies:
         self.first, self.source, self._make = first, source, make
         self._spare = [first]
         self._lost: str | None = None  # what a copy has otherwise
+        self._states: dict[str, Any] = {}  # of the own generators after the first reset
 
     def of_copies(self, environments: Sequence[Any], memo: dict[int, Any]) -> "EnvironmentCopies":
         """Return the environments of a copied problem: first copies of these, in the state that they are in.
@@ -79,7 +81,7 @@ class EnvironmentCopies:
                 "save(), and load() with another environment as env="
             )
         copies = EnvironmentCopies(copied[0], self.source, self._make)
-        copies._spare = copied[::-1]
+        copies._spare, copies._states = copied[::-1], self._states
         return copies
 
     def take(self) -> Any:
@@ -140,8 +142,32 @@ class EnvironmentCopies:
             raise
         except Exception as error:  # whatever an environment raises
             raise ProblemError(f"{self.source} does not begin: reset raised {type(error).__name__}: {error}") from error
-        self._lost = lost_by_copying(self.first) if self._make is None else None
+        if self._make is None:
+            self._lost = lost_by_copying(self.first)
+        else:
+            self._states = _states_of_generators(self.first)
         return seen
+
+    @cached_property
+    def decided_generators(self) -> frozenset[str]:
+        """Where generators stand whose state is the same in two environments made and reset alike: an author's choice.
+
+        Of an environment that was given as an instance there are none: all copies of it have the same.
+        """
+        if not self._states or self._make is None:
+            return frozenset()
+        try:
+            other = self._make()
+            other.reset(seed=0)
+        except Exception:  # noqa: BLE001  # there can be one only, perhaps
+            return frozenset()
+        states = _states_of_generators(other)
+        other.close()
+        return frozenset(place for place, state in self._states.items() if states.get(place) == state)
+
+
+def _states_of_generators(env: Any) -> dict[str, Any]:
+    return {place: generator_as_json(own) for place, own in own_generators(env).generators.items()}
 
 
 class PythonWorld(World):
@@ -157,7 +183,7 @@ class PythonWorld(World):
     def __init__(self, problem: Any, env: Any) -> None:
         self.problem, self.source, self.env = problem, problem.source, env
         self.seeds = EpisodeSeeds(env)
-        self.generators = OwnGenerators(env, self.source)
+        self.generators = OwnGenerators(env, self.source, lambda: problem.copies.decided_generators)
         shape = (problem.n_states, problem.n_actions) if problem.has_masks else (0, 0)
         self.action_masks = tuple(np.ones(shape, dtype=np.bool_) for _ in problem.spaces)
         pairs = zip(self.action_masks, problem.spaces, strict=True)
@@ -265,9 +291,8 @@ class PythonWorld(World):
         ProblemError
             If the environment's spaces are others than those that it had.
         """
-        self.generators.seed(child(self.seeds.sequence, _OWN))
         self.generators.watch()
-        seen = reset_result(self.seeds.reset())
+        seen = reset_result(self.seeds.reset() if self.seeds.n_resets > 1 else self._early_reset())
         self.generators.watch()
         difference = self.problem.difference_of_declared(self.env)
         if difference is not None:
@@ -276,6 +301,24 @@ class PythonWorld(World):
                 "largest, and mask actions"
             )
         return seen
+
+    def _early_reset(self) -> tuple[Any, Any]:
+        """Begin the first or second episode; begin it again where it made generators that no seed of ours decided."""
+        is_first, own = self.seeds.n_resets == 0, child(self.seeds.sequence, _OWN)
+        if is_first:
+            self.generators.seed(own)
+        else:
+            self.generators.look()
+        seen = self.seeds.reset()
+        if not self.generators.look():
+            return seen
+        if is_first:
+            self.generators.seed(own)
+        elif self.seeds.gives_each_a_seed:
+            return seen
+        else:  # every reset makes them anew, from the seed that it is given
+            self.seeds.always = True
+        return self.seeds.reset_again()
 
     def saved(self) -> dict[str, Any]:
         """Return the environment's seeds and generators."""
