@@ -208,5 +208,5 @@ def test_those_made_in_resets_are_decided_too(is_lazy: bool, given: Any, n: int,
     part.save(tmp_path / "agent")
     again = tuckerl.QLearning.load(tmp_path / "agent", env=given(make)).learn(12 - n)
     assert np.array_equal(whole.returns, again.returns)
-    assert len(np.unique(whole.returns)) > 6
+    assert len(np.unique(whole.returns)) > 3
     assert whole.evaluate(5, seed=1).mean == again.evaluate(5, seed=1).mean

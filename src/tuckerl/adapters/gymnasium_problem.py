@@ -181,7 +181,8 @@ class GymnasiumProblem(PythonProblem):
         """Return all that makes this environment the one that it is, but for its code, as JSON."""
         return super().description() | ({} if self._team_reward is None else {"team reward": str(self._team_reward)})
 
-    def _declared(self, env: Any) -> list[tuple[Any, Any]]:
+    def declared(self, env: Any) -> list[tuple[Any, Any]]:
+        """Return the spaces of the environment, of which there is one pair."""
         return [(env.observation_space, env.action_space)]
 
     def world(self) -> "GymnasiumWorld":

@@ -154,7 +154,8 @@ class PettingZooProblem(PythonProblem):
             )
         return len(self.agents)
 
-    def _declared(self, env: Any) -> list[tuple[Any, Any]]:
+    def declared(self, env: Any) -> list[tuple[Any, Any]]:
+        """Return the spaces of the agents, in their order."""
         return [(env.observation_space(agent), env.action_space(agent)) for agent in self.agents]
 
     def world(self) -> "PettingZooWorld":

@@ -223,13 +223,13 @@ class PythonProblem(Problem):
         header = {"id": self.id, "source": self.source, "sizes": self.sizes, "agents": agents}
         return header | {"description": self.description()}, arrays
 
-    def difference_of_declared(self, env: Any) -> str | None:
-        """Return the first thing in which the spaces that an environment declares now differ; None if none does."""
-        differences = (own.difference(*now) for own, now in zip(self.spaces, self._declared(env), strict=True))
+    def difference_of_declared(self, declared: Sequence[tuple[Any, Any]]) -> str | None:
+        """Return the first thing in which spaces that an environment declares differ from ours; None if none does."""
+        differences = (own.difference(*now) for own, now in zip(self.spaces, declared, strict=True))
         return next((difference for difference in differences if difference), None)
 
     @abstractmethod
-    def _declared(self, env: Any) -> list[tuple[Any, Any]]:
+    def declared(self, env: Any) -> list[tuple[Any, Any]]:
         """Return the observation and action space that an environment declares for each of `spaces`."""
 
     def spaces_description(self) -> Description:

@@ -2,9 +2,11 @@
 
 import copy
 import math
+import operator
 import time
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -191,6 +193,7 @@ class PythonWorld(World):
         for table, own in zip(self.action_masks, self._own_masks, strict=True):
             table[:, own.shape[1] :] = False
         self._masks_before: dict[tuple[int, int], BoolArray] = {}  # the rows that changed since `keep`
+        self._declared: list[tuple[Any, Any]] = [(None, None) for _ in problem.spaces]  # those found equal latest
         self._error: BaseException | None = None
         self._deadline = math.inf
 
@@ -294,12 +297,16 @@ class PythonWorld(World):
         self.generators.watch()
         seen = reset_result(self.seeds.reset() if self.seeds.n_resets > 1 else self._early_reset())
         self.generators.watch()
-        difference = self.problem.difference_of_declared(self.env)
+        declared = self.problem.declared(self.env)
+        if all(map(operator.is_, chain(*declared), chain(*self._declared))):  # objects that were equal are so still
+            return seen
+        difference = self.problem.difference_of_declared(declared)
         if difference is not None:
             raise ProblemError(
                 f"its spaces must stay as they are, as tables have as many rows and columns: {difference}; declare the "
                 "largest, and mask actions"
             )
+        self._declared = declared
         return seen
 
     def _early_reset(self) -> tuple[Any, Any]:
