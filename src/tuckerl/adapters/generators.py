@@ -203,7 +203,7 @@ def _parts(one: Any) -> Iterator[tuple[str, Any, Any]]:
                 yield template, name, part
     for name, part in getattr(one, "__dict__", {}).items():
         yield ".{}", name, part
-    for name in _slots(type(one)):
+    for name in _slots(type(one)):  # type: ignore[arg-type]  # classes are hashable
         yield ".{}", name, getattr(one, name, None)
 
 
