@@ -83,7 +83,11 @@ class Numbered(Noise):
     def __init__(self) -> None:
         super().__init__()
         Numbered.made += 1
-        self.number = Numbered.made
+        self.number, self.rng = Numbered.made, np.random.default_rng()
+
+    def step(self, action: Any) -> Any:
+        observation, _, *rest = super().step(action)
+        return observation, self.rng.normal() + random.random(), *rest  # noqa: S311  # no secret
 
 
 class Drawn(Meeting):
@@ -99,7 +103,9 @@ class Drawn(Meeting):
 
 
 def test_only_differences_in_play_are_refused() -> None:
+    state = random.getstate()
     assert as_problem(Numbered).n_states == 4
+    assert random.getstate() == state
     assert as_problem(Meeting).n_states == 5
     with pytest.raises(ProblemError, match=r"two environments made by Drawn differ \(in scale\)"):
         as_problem(Drawn)
@@ -111,11 +117,20 @@ class Remade(Noise, EzPickle):
     def __init__(self, wind: float = 0.0) -> None:
         EzPickle.__init__(self, wind)
         super().__init__()
-        self.wind = wind
+        self.wind, self.n_resets = wind, 0
+
+    def reset(self, **given: Any) -> Any:
+        self.n_resets += 1
+        return super().reset(**given)
+
+    def step(self, action: Any) -> Any:
+        observation, reward, *rest = super().step(action)
+        return observation, reward + self.wind, *rest
 
 
 def test_a_copy_that_is_another_is_refused_where_one_is_needed() -> None:
     env = Remade(2.0)
+    env.reset()  # what it counts since then changes nothing
     learned(env, n_agents=2).evaluate(2)
     env.wind = 3.0
     agent = learned(env).learn(2)
@@ -160,6 +175,9 @@ def test_data_are_compared_attribute_by_attribute() -> None:
     assert difference_of_data([np.nan, np.array([np.nan])], [np.nan, np.array([np.nan])]) is None
     assert difference_of_data(np.zeros(2), np.zeros(3)) == ""
     assert difference_of_data({1, 2}, {1, 3}) == ""
+    ragged = np.array([np.zeros(2), np.zeros(3)], dtype=object)
+    assert difference_of_data(ragged, copy.deepcopy(ragged)) is None
+    assert difference_of_data(ragged, np.array([np.zeros(2), np.ones(3)], dtype=object)) == ".flat[1]"
     loop: list[Any] = [1]
     loop.append(loop)
     assert difference_of_data(loop, [1, [1, loop]]) is None
