@@ -1,5 +1,6 @@
 """What a fault leaves behind: no traces, no old error, no reward of one who is gone; and how both flags at once end."""
 
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -46,6 +47,34 @@ def test_traces_that_go_on_from_episode_to_episode_end_where_one_is_broken_off()
     with pytest.raises(EnvironmentFaultError):
         learner.learn(1)
     assert traces(learner) == before, "the episode has never been"
+
+
+class Narrowing(Round):
+    """Allows everything in its first episode, and then action 0 alone."""
+
+    def told(self) -> dict[str, Any]:
+        return {"action_mask": np.array([1, self.n_steps <= 4], dtype=np.int8)}
+
+    def reset(self, **given: Any) -> tuple[int, dict[str, Any]]:
+        return super().reset(**given)[0], self.told()
+
+    def step(self, action: int) -> Any:
+        return *super().step(action)[:4], self.told()
+
+
+def test_masks_of_an_episode_that_is_broken_off_are_neither_kept_nor_saved(tmp_path: Path) -> None:
+    learner = QLearning(Narrowing({7: ZeroDivisionError("no road")}), seed=0).learn(1)
+    assert learner.action_mask is not None
+    assert learner.action_mask.all()
+    with pytest.raises(EnvironmentFaultError):
+        learner.learn(1)
+    assert learner.action_mask.all(), "the episode has never been"
+    learner.save(tmp_path / "learner")
+    again = QLearning.load(tmp_path / "learner", env=Narrowing({}))
+    assert again.action_mask is not None
+    assert again.action_mask.all()
+    learner.learn(1)
+    assert not learner.action_mask.all(), "the next one has been"
 
 
 class Together(World):

@@ -32,13 +32,14 @@ def pickled(learner: Learner) -> Any:
 def test_a_copy_goes_on_as_the_learner_does(learner: type[Learner], copied: Any) -> None:
     original = make(learner, STEP, 2).learn(6)
     original.alpha = 0.2
+    states = np.arange(9)
+    original.predict(states, deterministic=False)  # so that what predictions draw from does not stand at its beginning
     one = copied(original)
     assert one is not original
     whole = copied(original).learn(10)
     assert_same(original.learn(10), whole)
     assert_same(one.learn(10), whole)
     np.testing.assert_array_equal(one.scheduled("alpha"), [0.3] * 6 + [0.2] * 10)
-    states = np.arange(9)
     # What predictions draw from goes on, too.
     drawn = [held.predict(states, deterministic=False)[0] for held in (one, original)]
     np.testing.assert_array_equal(*drawn)

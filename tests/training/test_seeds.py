@@ -1,5 +1,7 @@
 """A run is a pure function of its specification and its seed."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,22 @@ def test_a_seed_may_be_a_sequence(learner: type[Learner]) -> None:
     sequence.spawn(2)  # what was spawned before does not count
     np.testing.assert_array_equal(whole.q, learner(PROBLEM, seed=sequence).learn(5).q)
     assert not np.array_equal(whole.q, learner(PROBLEM, seed=child(sequence, 0)).learn(5).q)
+
+
+@pytest.mark.parametrize("learner", LEARNERS)
+def test_a_seed_that_is_a_child_goes_on_through_a_file(learner: type[Learner], tmp_path: Path) -> None:
+    seed = child(np.random.SeedSequence(4), 2, 1)
+
+    def fresh() -> Learner:
+        return learner(PROBLEM, seed=seed, n_agents=2, tensor_step=STEP)
+
+    whole = fresh().learn(20)
+    fresh().learn(8).save(tmp_path / "learner")
+    again = learner.load(tmp_path / "learner").learn(12)
+    assert again.seed_sequence.spawn_key == (2, 1)
+    np.testing.assert_array_equal(again.q, whole.q)
+    np.testing.assert_array_equal(again.action_weights, whole.action_weights)  # each step draws from a child of its own
+    np.testing.assert_array_equal(again.evaluate(5).returns, whole.evaluate(5).returns)
 
 
 def test_no_seed_is_a_fresh_one() -> None:
