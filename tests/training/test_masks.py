@@ -301,7 +301,7 @@ FIRST = [[4.0, 3.0, 2.0, 1.0]]
         (Greedy(), [0.0, 1.0, 0.0, 0.0]),
         (Heedless(), [0.0, 0.0, 0.0, 1.0]),
     ],
-    ids=repr,
+    ids=["epsilon-greedy", "greedy", "heedless"],
 )
 def test_probabilities_are_those_of_the_allowed_actions(policy: Policy, expected: list[float]) -> None:
     agent = QLearning(ONE, policy=policy, initial_q=FIRST, seed=1)
