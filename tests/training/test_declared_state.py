@@ -24,10 +24,12 @@ from tuckerl.training.declared_state import (
     DeclaredRecord,
     Sharing,
     read_state,
+    restore_state,
     saved_state,
     share_state,
 )
 from tuckerl.training.learner import Learner
+from tuckerl.training.memory_account import declared_bytes
 from tuckerl.types import FloatArray, IntArray
 
 INITIAL = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]])
@@ -313,3 +315,46 @@ def test_a_row_of_zeros_stays_when_rows_are_mixed() -> None:
     share_state(DeclaredArray("pi", "by_row"), tables, np.array([0.5, 0.5]), None, np.zeros((2, 2)))
     for table in tables:
         np.testing.assert_array_equal(table, [[0.0, 0.0], [0.5, 0.5]])
+
+
+class Adopting:
+    """A record that keeps the arrays it is given, and has no attributes but that."""
+
+    __slots__ = ("x",)
+
+    def __init__(self) -> None:
+        self.x: np.ndarray = np.zeros(3)
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return a copy."""
+        return {"x": self.x.copy()}
+
+    def set_arrays(self, arrays: SavedArrays) -> None:
+        """Keep what is given."""
+        self.x = arrays.take("x", np.float64, (3,))
+
+    def clear(self) -> None:
+        """Begin anew."""
+        self.x = np.zeros(3)
+
+
+def test_records_of_two_agents_never_share_an_array() -> None:
+    declaration = DeclaredRecord("adopting", "copied", lambda n_states, n_actions: Adopting())
+    records = [Adopting(), Adopting(), Adopting()]
+    share_state(declaration, records, np.array([1.0, 0.0, 0.0]), None, INITIAL)
+    held = saved_state(declaration, records[0])
+    restore_state(declaration, records[1], held)
+    records[1].x[0] = 99.0
+    assert [record.x[0] for record in records] == [0.0, 99.0, 0.0]
+    assert held["records/adopting/x"][0] == 0.0
+    assert declared_bytes(declaration, 10, 10) == 24
+
+
+@pytest.mark.parametrize("initial", [0.0, 0.5])
+def test_rows_that_are_distributions_begin_as_such(initial: float) -> None:
+    assert DeclaredArray("chances", "by_row", initial=initial).create(INITIAL)[0].sum() in (0.0, 1.0)
+
+
+def test_other_rows_are_refused_when_they_are_made() -> None:
+    with pytest.raises(ParameterError, match=r"let `initial` be 0 or 1 / 2.*got 0.25"):
+        DeclaredArray("chances", "by_row", initial=0.25).create(INITIAL)

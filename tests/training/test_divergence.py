@@ -1,5 +1,6 @@
 """A run that diverges stops there and says so."""
 
+import copy
 from pathlib import Path
 from typing import Any
 
@@ -137,3 +138,15 @@ def test_a_window_that_is_not_finite_is_not_factorised() -> None:
         learner.learn(6)
     assert learner.diverged_at == learner.episodes == len(learner.steps) == 9
     np.testing.assert_array_equal(learner.tensor_step_history.weights, before.weights)
+
+
+@pytest.mark.parametrize("every", [3, 5])
+def test_a_learner_that_diverged_in_a_window_is_saved_and_copied(every: int, tmp_path: Path) -> None:
+    step = TensorStep(every=every, ranks=(1, 1, 1, 1))
+    learner = QLearning(RUNAWAY, tensor_step=step, **SETTINGS)
+    with pytest.warns(DivergenceWarning, match="episode 4"):
+        learner.learn(10)
+    learner.save(tmp_path / "agent.tuckerl")
+    for again in (QLearning.load(tmp_path / "agent.tuckerl"), copy.deepcopy(learner)):
+        assert again.diverged_at == 4
+        np.testing.assert_array_equal(again.steps, learner.steps)

@@ -1,5 +1,6 @@
 """What a learner of a user's own may take, and how a class that lacks something is refused."""
 
+import copy
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
@@ -169,3 +170,37 @@ def test_numpy_bools_are_flags() -> None:
 def test_shapes_that_cannot_be_are_refused(share: Any, shape: tuple[Any, ...]) -> None:
     with pytest.raises(ParameterError, match="the shape of 'bonus' must be of whole numbers, 'states' and 'actions'"):
         DeclaredArray("bonus", share, shape)
+
+
+class Narrow(QLearning):
+    """Takes less than others."""
+
+    def __init__(self, env: Any, *, alpha: float = 0.2, seed: Any = None) -> None:
+        super().__init__(env, alpha=alpha, seed=seed)
+
+
+class Seedless(QLearning):
+    """Draws as it likes."""
+
+    def __init__(self, env: Any, *, alpha: float = 0.2) -> None:
+        super().__init__(env, alpha=alpha)
+
+
+def test_a_constructor_that_takes_less_is_enough(tmp_path: Path) -> None:
+    whole = Narrow(WORLD, seed=1).learn(4)
+    assert "alpha=0.2" in repr(whole)
+    whole.save(tmp_path / "agent.tuckerl")
+    copies = [Narrow.load(tmp_path / "agent.tuckerl"), copy.deepcopy(whole)]
+    for learner in (whole, *copies):
+        learner.alpha = 0.5
+        learner.learn(4)
+    for again in copies:
+        np.testing.assert_array_equal(again.q, whole.q)
+
+
+def test_one_without_a_seed_cannot_be_made_again(tmp_path: Path) -> None:
+    learner = Seedless(WORLD).learn(4)
+    with pytest.raises(LearnerError, match="the constructor of Seedless takes no seed"):
+        learner.save(tmp_path / "agent.tuckerl")
+    with pytest.raises(LearnerError, match="takes no seed"):
+        copy.deepcopy(learner)

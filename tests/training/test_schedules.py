@@ -11,7 +11,7 @@ from tests.learners.worlds import corridor, dyna_twin, random_mdp, sarsa_lambda_
 from tests.training.test_resume import LEARNERS, assert_same
 from tuckerl import DynaH, Exponential, Harmonic, Linear, QLearning, Sarsa, SarsaLambda, TeamQ, TensorStep
 from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
-from tuckerl.training.schedules import Schedule, as_json, as_schedule, from_json
+from tuckerl.training.schedules import Schedule, ScheduleValues, as_json, as_schedule, from_json
 
 PROBLEM = random_mdp(81, n_outcomes=2)
 
@@ -172,3 +172,11 @@ def test_a_schedule_that_no_file_could_hold_is_refused(schedule: Schedule) -> No
     known = "tuckerl.Exponential, tuckerl.Linear, tuckerl.Harmonic"
     with pytest.raises(ParameterTypeError, match=f"epsilon must be a number or one of the schedules {known}; got "):
         QLearning(PROBLEM, epsilon=schedule)
+
+
+def test_who_plays_the_past_by_a_number_that_is_new_finds_it_and_the_record_says_that_it_was_not() -> None:
+    values = ScheduleValues({"epsilon": Linear(0.4, 0.0, 4)}).followed_by({"temperature": Exponential(0.5)}, 3)
+    assert values.values(5)[:, 0].tolist() == [0.5] * 5
+    recorded = values.recorded(5)
+    np.testing.assert_array_equal(recorded["temperature"], [np.nan] * 3 + [0.5] * 2)
+    np.testing.assert_array_equal(recorded["epsilon"], [0.4, 0.3, 0.2, np.nan, np.nan])

@@ -95,9 +95,10 @@ def restart_log(log: ChangeLog) -> None:
 
 
 def saved_log(log: ChangeLog) -> dict[str, np.ndarray]:
-    """Return the arrays from which `restore_log` goes on, taken between two episodes."""
-    entries, episodes = log.cursor[ENTRIES], log.cursor[EPISODES]
-    return {"state": log.state[:entries], "row": log.row[:entries], "end": log.end[:episodes]}
+    """Return the arrays from which `restore_log` goes on: of finished episodes, as one that diverged has no rows."""
+    end = log.end[: log.cursor[EPISODES]]
+    entries = int(end[-1]) if end.size else 0
+    return {"state": log.state[:entries], "row": log.row[:entries], "end": end}
 
 
 def read_log(

@@ -114,8 +114,21 @@ class DeclaredArray:
         return tuple(sizes[size] if isinstance(size, str) else size for size in self.shape)
 
     def create(self, initial_q: FloatArray) -> np.ndarray:
-        """Return the array of one agent; `initial_q` is (S, A)."""
+        """Return the array of one agent; `initial_q` is (S, A).
+
+        Raises
+        ------
+        ParameterError
+            If rows that are to be distributions begin as none.
+        """
         shape = self.sizes(initial_q)
+        if self.share == "by_row" and self.initial is not None:
+            total = self.initial * shape[-1]
+            if min(abs(total), abs(total - 1.0)) > _SUM_TOLERANCE:
+                raise ParameterError(
+                    f"rows of {self.name!r} are distributions, as they are shared by row: let `initial` be 0 or "
+                    f"1 / {shape[-1]}, so that they sum to 1; got {self.initial}"
+                )
         array = np.zeros(shape, dtype=self.dtype)  # zeros cost nothing until they are touched
         if self.initial is None:
             array += initial_q
@@ -176,12 +189,11 @@ def share_state(
     if declaration.share == "none":
         return
     if isinstance(declaration, DeclaredRecord):
-        held = values[heaviest].to_arrays() if is_copy else None
         for agent, record in enumerate(values):
-            if held is None:
+            if not is_copy:
                 record.clear()
-            elif agent != heaviest:
-                record.set_arrays(SavedArrays.of(held))
+            elif agent != heaviest:  # each gets copies of its own, which a record may keep as they are
+                record.set_arrays(SavedArrays.of(values[heaviest].to_arrays()))
         return
     if declaration.share in ("heaviest", "copied"):
         source = values[heaviest] if is_copy or declaration.share == "heaviest" else declaration.create(initial_q)
@@ -239,7 +251,9 @@ def saved_state(declaration: Declaration, value: Any) -> Arrays:
 def restore_state(declaration: Declaration, value: Any, arrays: Arrays) -> None:
     """Set what an agent holds under a declaration, in place, to what `saved_state` returned."""
     if isinstance(declaration, DeclaredRecord):
-        value.set_arrays(SavedArrays.of(arrays).group(f"records/{declaration.name}"))
+        group = f"records/{declaration.name}"
+        own = {name: array.copy() for name, array in arrays.items() if name.startswith(f"{group}/")}
+        value.set_arrays(SavedArrays.of(own).group(group))
     else:
         value[...] = arrays[f"arrays/{declaration.name}"]
 

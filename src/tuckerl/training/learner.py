@@ -34,6 +34,7 @@ from tuckerl.training.callbacks.base import CallbackLike
 from tuckerl.training.copies import Copyable
 from tuckerl.training.declared_state import Declaration
 from tuckerl.training.evaluation import Evaluation, evaluate
+from tuckerl.training.learner_file import reading
 from tuckerl.training.memory_account import learner_parts
 from tuckerl.training.one_owner import Owner
 from tuckerl.training.parameters import (
@@ -110,7 +111,9 @@ class Learner(Copyable):
     A learner of one's own sets `state_type`, registers its kernels under it with
     :func:`~tuckerl.training.algorithm.register_algorithm` and overrides, where it needs to: `declare_state`,
     `constants`, `algorithm_schedules`, `default_policy`. It keeps each parameter of its constructor as an attribute of
-    the same name, which is how parameters are saved. :func:`tuckerl.testing.check_learner` checks it.
+    the same name, which is how parameters are saved. When one is assigned, the constructor is run again, and copies and
+    files are made by it: what is learned belongs in declared arrays, as other attributes are then set anew.
+    :func:`tuckerl.testing.check_learner` checks it.
     """
 
     state_type: ClassVar[type]
@@ -402,10 +405,13 @@ class Learner(Copyable):
             saved = persistence.read(Path(path))
             is_ours = saved.is_of(type(self))
             is_ours &= bool((saved.seed.generate_state(4) == self.seed_sequence.generate_state(4)).all())
-            held = persistence.read_state(saved, self._state)
+            if not is_ours:
+                return None
+            with reading(Path(path)):
+                held = persistence.read_state(saved, self._state)
         except (SavedFileError, SavedFileMissingError):
             return None
-        if not is_ours or held.history["steps"].shape[1] > self.episodes:
+        if held.history["steps"].shape[1] > self.episodes:
             return None
         return self._evaluate(held.q, held.declared, episodes, seed, None)
 

@@ -115,7 +115,7 @@ class LiveParameters(Learned, metaclass=_Sealing):
             return
         parameters = given_parameters(self)
         if changes.get("policy") is not None:  # it takes the place of what made the default policy
-            del parameters["epsilon"], parameters["epsilon_decay"]
+            parameters = {name: parameters[name] for name in parameters.keys() - {"epsilon", "epsilon_decay"}}
         parameters |= changes
         with self._owner.at_rest(f"{type(self).__name__}.{min(changes)} = ..."):
             state, calls = self._state, self._python_calls

@@ -84,7 +84,8 @@ def declared_bytes(declaration: Declaration, n_states: int, n_actions: int) -> i
 
 
 def _record_bytes(record: Any) -> int:
-    held = record if isinstance(record, tuple) else vars(record).values()
+    held = record if isinstance(record, tuple) else getattr(record, "__dict__", None) or record.to_arrays()
+    held = held.values() if isinstance(held, dict) else held
     return sum(part.nbytes for part in held if isinstance(part, np.ndarray))
 
 

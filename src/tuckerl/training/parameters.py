@@ -92,10 +92,10 @@ def kept_parameters(learner: "Learned") -> dict[str, Any]:
             f"file can hold it: set self.{missing[0]}"
         )
     values = {name: getattr(learner, name) for name in names}
-    if learner.problem.shares_world:
+    if learner.problem.shares_world and "n_agents" in values:
         values["n_agents"] = 1  # as it was given: there is one environment
-    if values["policy"] is None:
-        del values["policy"]
+    if values.get("policy") is None:
+        values.pop("policy", None)
     return values
 
 
@@ -105,13 +105,29 @@ def given_parameters(learner: "Learned") -> dict[str, Any]:
     Raises
     ------
     LearnerError
-        If the learner has not kept a parameter.
+        If the learner has not kept a parameter, or takes no seed.
     """
-    values = kept_parameters(learner)
-    first: FloatArray = values["initial_q"]
-    if not any(first.strides):  # one number, which fills the table at no cost
-        values["initial_q"] = float(first[0, 0])
-    return values | {"tensor_step": learner.tensor_step, "seed": learner.seed_sequence}
+    values, taken = kept_parameters(learner), keywords_of(type(learner))
+    if "initial_q" in values and not any(values["initial_q"].strides):  # one number, which fills the table at no cost
+        values["initial_q"] = float(values["initial_q"][0, 0])
+    check_takes_seed(type(learner))
+    own = {"tensor_step": learner.tensor_step, "seed": learner.seed_sequence}
+    return values | {name: value for name, value in own.items() if name in taken}
+
+
+def check_takes_seed(kind: type) -> None:
+    """Refuse to make again a learner whose constructor takes no seed: it would draw otherwise.
+
+    Raises
+    ------
+    LearnerError
+        If it is such a one.
+    """
+    if "seed" not in keywords_of(kind):
+        raise LearnerError(
+            f"the constructor of {kind.__name__} takes no seed, so that no file or copy can go on as it does: let it "
+            "take **parameters, and pass them on"
+        )
 
 
 def check_alpha(alpha: Any) -> Schedule:

@@ -25,7 +25,7 @@ from tuckerl.training import learner_file, old_formats
 from tuckerl.training.held_state import HeldState
 from tuckerl.training.learner_file import Arrays, Header, reading
 from tuckerl.training.parameter_json import check_array, of_json, to_json
-from tuckerl.training.parameters import NOT_SAVED, kept_parameters, keywords_of
+from tuckerl.training.parameters import NOT_SAVED, check_takes_seed, kept_parameters, keywords_of
 from tuckerl.training.training_state import TrainingState
 
 if TYPE_CHECKING:
@@ -109,9 +109,12 @@ def save(learner: "Learner", state: TrainingState, prediction_rng: np.random.Gen
         If it cannot be written.
     ParameterError
         If a parameter has a value that no file can hold.
+    LearnerError
+        If the learner's constructor takes no seed.
     SavedFileError
         If the learner is none that could be loaded: its tables or declared arrays are not what they must be.
     """
+    check_takes_seed(type(learner))
     problem_header, problem_arrays = save_problem(learner.problem)
     parameters = {name: to_json(name, value) for name, value in plain_parameters(learner).items()}
     arrays = _array_parameters(learner)
@@ -170,7 +173,8 @@ def load(
         parameters |= _array_parameters_of(kind, saved, set(parameters), (problem.n_states, problem.n_actions))
     step = _restored_step(header["tensor_step"], tensor_step, path)
     with reading(path):
-        learner = kind(problem, **parameters, tensor_step=step, seed=saved.seed)
+        parameters |= {"seed": saved.seed} if step is None else {"seed": saved.seed, "tensor_step": step}
+        learner = kind(problem, **parameters)
         learner.restore(saved)
         arrays.check_all_taken()
     learner.change(changes)

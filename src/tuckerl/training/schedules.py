@@ -62,13 +62,17 @@ class ScheduleValues:
             for column, (name, schedule) in enumerate(self._schedules.items()):
                 held[:, column] = schedule.values(len(held))
                 past = self.past.get(name, held[:0, column])[: len(held)]
-                held[: len(past), column] = past
+                # An agent that lags behind plays past episodes by a number that there was not then.
+                held[: len(past), column] = np.where(np.isnan(past), held[: len(past), column], past)
             self._values = held  # when it is whole: policies are shared between learners, and these between threads
         return held
 
     def recorded(self, n_episodes: int) -> dict[str, FloatArray]:
         """Return what was in force in the first episodes, (n_episodes,) by name; NaN where nothing of the name was."""
         present = dict(zip(self.names, self.values(n_episodes)[:n_episodes].T.copy(), strict=True))
+        for name in present.keys() & self.past.keys():
+            past = self.past[name][:n_episodes]
+            present[name][: len(past)] = past
         gone = {name: past for name, past in self.past.items() if name not in present}
         unset = np.full(n_episodes, np.nan)
         return present | {name: np.concatenate([past, unset])[:n_episodes] for name, past in gone.items()}
