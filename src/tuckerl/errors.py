@@ -4,8 +4,23 @@ Each error is also the built-in kind it specialises, so ``except ValueError`` ke
 are a :class:`TuckerlError`. A message says what was expected, what came, and what to do next, in one sentence.
 """
 
+import sys
+import warnings
+from pathlib import Path
+from types import FrameType
+
+_PACKAGE = str(Path(__file__).parent)
 LONGEST_MESSAGE = 600
 """Characters that a message has at most: what is in the middle of a longer one is left out."""
+
+
+def warn(message: str, category: type[Warning]) -> None:
+    """Warn at the line of the user's program that called this library, however deep in it the reason lies."""
+    frame: FrameType | None = sys._getframe()
+    depth = 1
+    while frame is not None and frame.f_code.co_filename.startswith(_PACKAGE):
+        frame, depth = frame.f_back, depth + 1
+    warnings.warn(message, category, stacklevel=depth)
 
 
 class TuckerlError(Exception):

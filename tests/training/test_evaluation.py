@@ -85,7 +85,8 @@ def test_it_is_repeatable_and_the_seed_decides() -> None:
     first, again = learner.evaluate(40), learner.evaluate(40)
     for ours, theirs in zip(first, again, strict=True):
         np.testing.assert_array_equal(ours, theirs)
-    one, other, sequence = (learner.evaluate(40, seed=seed) for seed in (1, 2, np.random.SeedSequence(1)))
+    one, other, sequence = (learner.evaluate(40, seed=seed) for seed in (3, 2, np.random.SeedSequence(3)))
+    np.testing.assert_array_equal(learner.evaluate(40, seed=1).returns, first.returns)  # the default is its own seed
     assert not np.array_equal(one.returns, first.returns)
     assert not np.array_equal(one.returns, other.returns)
     np.testing.assert_array_equal(one.returns, sequence.returns)
@@ -93,7 +94,7 @@ def test_it_is_repeatable_and_the_seed_decides() -> None:
     # Another learner's own stream is another one.
     twin = QLearning(PROBLEM, initial_q=learner.q[0], seed=2)
     assert not np.array_equal(twin.evaluate(40).returns, first.returns)
-    np.testing.assert_array_equal(twin.evaluate(40, seed=1).returns, one.returns)
+    np.testing.assert_array_equal(twin.evaluate(40, seed=3).returns, one.returns)
 
 
 def test_longer_evaluations_begin_as_shorter_ones() -> None:
@@ -106,8 +107,8 @@ def test_returns_are_those_of_playing_by_predict() -> None:
     result = learner.evaluate(50, seed=4)
     env = gymnasium.make("Blackjack-v1")
     returns = []
-    # The environment is seeded once; the seed is the one that the first learned episode would get from this sequence.
-    sequence = np.random.SeedSequence(4, spawn_key=(0, 0, 0))
+    # The environment is seeded once, from the child of the seed that belongs to evaluations.
+    sequence = np.random.SeedSequence(4, spawn_key=(2**32 - 3, 0, 0, 0))
     observation, _ = env.reset(seed=int(sequence.generate_state(1)[0]))
     for _ in range(50):
         ended, total = False, 0.0

@@ -14,6 +14,7 @@ import numpy as np
 from tuckerl.adapters.carried import carried_problem, plays_what_it_carries
 from tuckerl.adapters.generators import own_generators, seed_generators
 from tuckerl.adapters.joint import innermost
+from tuckerl.adapters.making import close, name_of
 from tuckerl.errors import ProblemError, TuckerlError
 
 _LARGEST = 200_000  # parts that are compared, at most
@@ -49,7 +50,7 @@ def checked_maker(first: Any, make: Callable[[], Any], source: str) -> Callable[
         place = difference_of_data(innermost(first), innermost(second))
         differs = place is not None and _play_apart(second, make)
     finally:
-        second.close()
+        close(second, source)
     if differs:
         name = getattr(make, "__qualname__", source)
         raise ProblemError(
@@ -76,7 +77,7 @@ def lost_by_copying(env: Any) -> str | None:
     if lost is not None:
         lost = None if _episodes_are_equal(env, other) else lost  # a counter, perhaps
         env.reset(seed=0)
-    other.close()
+    close(other, name_of(other))
     return lost
 
 
@@ -177,7 +178,7 @@ def _play_apart(second: Any, make: Callable[[], Any]) -> bool:
                 return tables[0].difference(tables[1]) is not None
         return not _episodes_are_equal(second, third)
     finally:
-        third.close()
+        close(third, name_of(third))
 
 
 def _episodes_are_equal(one: Any, other: Any) -> bool:

@@ -10,7 +10,7 @@ import gymnasium
 import pettingzoo
 
 from tuckerl.checks import check_name, shown
-from tuckerl.errors import ParameterTypeError, ProblemError, TuckerlError, UnknownNameError
+from tuckerl.errors import ParameterTypeError, ProblemError, TuckerlError, UnknownNameError, warn
 
 GymEnvironment = gymnasium.Env[Any, Any]
 
@@ -78,11 +78,19 @@ def _hint(made: Any) -> str:
     """Return what to do with an environment of another kind."""
     if isinstance(made, pettingzoo.AECEnv):
         return f", which moves agent by agent: {TURNS}"
-    if isinstance(made, gymnasium.vector.VectorEnv):
+    if isinstance(made, gymnasium.vector.VectorEnv) or hasattr(made, "num_envs"):
         return ", a vector environment: pass the id of a single one, or what makes it, and n_agents for several"
     if any(kind.__module__.partition(".")[0] == "gym" for kind in type(made).__mro__):
         return ", of the older package gym: shimmy's gymnasium.make('GymV26Environment-v0', env=env) makes it one"
     return ""
+
+
+def close(env: Any, source: str) -> None:
+    """Close an environment; one that fails to is warned of and costs nothing that was played in it."""
+    try:
+        env.close()
+    except Exception as error:  # noqa: BLE001  # whatever an environment raises
+        warn(f"{source} failed to close ({type(error).__name__}: {error}); results are not affected", ResourceWarning)
 
 
 def name_of(env: Any) -> str:

@@ -1,10 +1,11 @@
 """What all problems that Python steps have in common: numbers for observations and actions, time limits, files."""
 
+import copy
 import sys
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, NotRequired, TypedDict
+from typing import Any, NamedTuple, NotRequired, Self, TypedDict
 
 import gymnasium
 import numpy as np
@@ -141,6 +142,8 @@ class PythonProblem(Problem):
         See :class:`~tuckerl.problems.problem.Problem`.
     max_episode_steps : int, optional
         An episode is truncated after as many steps. Default: when the environment says so, and after `STEP_CAP`.
+    tries_out : bool
+        Whether the environment is reset once, to find mistakes; otherwise it counts as one that gives masks.
 
     Attributes
     ----------
@@ -167,6 +170,7 @@ class PythonProblem(Problem):
         *,
         max_episode_steps: int | None = None,
         action_sizes: tuple[int, ...] | None = None,
+        tries_out: bool = True,
         **parts: Any,
     ) -> None:
         n_actions = max(own.actions.n for own in spaces)
@@ -182,7 +186,22 @@ class PythonProblem(Problem):
         )
         self.spaces = tuple(spaces)
         self.copies = EnvironmentCopies(env, source, make)
-        self.has_masks = self.copies.try_out(self._look)
+        self.has_masks = self.copies.try_out(self._look) if tries_out else True
+
+    @property
+    def env(self) -> Any:
+        """The environment that the first agent steps, without the wrappers that are taken over (time limits)."""
+        return self.copies.first
+
+    def made_for_us(self) -> Self:
+        """Return the same problem, whose world closes its environment, as it is not the user's."""
+        return self._replace(copies=EnvironmentCopies(self.env, self.source, lambda: copy.deepcopy(self.env)))
+
+    @property
+    def edges(self) -> Edges | None:
+        """The edges of all bins, None where no observation is a Box."""
+        by_agent = {place: own.observations.edges for place, own in enumerate(self.spaces) if own.observations.edges}
+        return Edges(by_agent) if by_agent else None
 
     def _look(self, observation: Any, info: Any) -> bool:
         """Try to number the first observation; return whether there is a mask."""

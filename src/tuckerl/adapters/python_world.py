@@ -14,6 +14,7 @@ import numpy as np
 from tuckerl._jit import kernel
 from tuckerl.adapters.alike import class_that_says_how, lost_by_copying
 from tuckerl.adapters.generators import OwnGenerators, own_generators
+from tuckerl.adapters.making import close
 from tuckerl.adapters.masks import MASK_IS_LATE
 from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.adapters.step_results import check_step, reset_result
@@ -126,7 +127,7 @@ class EnvironmentCopies:
     def close(self, env: Any) -> None:
         """Close one of these, unless it is the user's own."""
         if self._make is not None or env is not self.first:
-            env.close()
+            close(env, self.source)
 
     def try_out(self, look: Callable[[Any, Any], bool]) -> bool:
         """Begin an episode, to find mistakes before learning begins; return what `look` says of what reset returned.

@@ -10,7 +10,7 @@ from gymnasium.spaces import Box, Discrete
 
 from tuckerl.adapters.generators import OwnGenerators
 from tuckerl.adapters.joint import agents_of
-from tuckerl.adapters.making import GymEnvironment, Made, ParallelEnvironment, made_of, name_of
+from tuckerl.adapters.making import GymEnvironment, Made, ParallelEnvironment, close, made_of, name_of
 from tuckerl.adapters.masks import MaskReader
 from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.adapters.step_results import reset_result, step_result
@@ -111,7 +111,7 @@ def quantile_edges(
         return {agent: _edges(counts_of[agent], _values(seen[agent], space)) for agent, space in boxes.items()}
     finally:
         if make is not None:
-            made.close()
+            close(made, name_of(made))
 
 
 def _counts(bins: int | Sequence[int], space: Box, what: str) -> list[int]:

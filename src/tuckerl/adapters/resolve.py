@@ -22,7 +22,7 @@ from tuckerl.adapters.alike import checked_maker
 from tuckerl.adapters.carried import carried_problem, check_by_playing, plays_what_it_carries
 from tuckerl.adapters.gymnasium_problem import GymnasiumProblem
 from tuckerl.adapters.joint import JointEnv
-from tuckerl.adapters.making import GymEnvironment, Made, made_of, name_of
+from tuckerl.adapters.making import GymEnvironment, Made, close, made_of, name_of
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.python_problem import AgentSpaces
 from tuckerl.adapters.team import Team
@@ -63,12 +63,15 @@ class AdapterOptions:
     reward : str
         What joint actions are paid: the ``"mean"`` or the ``"sum"`` of the agents' rewards, or one agent's, by its
         name.
+    tries_out : bool
+        Whether an environment is reset once before it is played, to find mistakes and masks early.
     """
 
     agents: Agents = Agents.INDEPENDENT
     bins: Any = None
     compiled: str | bool = "auto"
     reward: str = "mean"
+    tries_out: bool = True
 
 
 def as_problem(env: Environment, options: AdapterOptions = AdapterOptions()) -> Problem:  # it is frozen
@@ -149,14 +152,14 @@ def _adapted(env: Any, source: str, make: Callable[[], Any] | None, options: Ada
             problem = _adapted_parallel(env, source, make, options)
     finally:
         if is_ours and (problem is None or problem.is_compiled):
-            env.close()
+            close(env, source)
     return problem
 
 
 def _adapted_parallel(env: Any, source: str, make: Callable[[], Any] | None, options: AdapterOptions) -> Problem:
     if options.agents is Agents.INDEPENDENT:
         _refuse_compiled(options, source)
-        return PettingZooProblem(env, source, make, bins=options.bins)
+        return PettingZooProblem(env, source, make, bins=options.bins, tries_out=options.tries_out)
     # The joint transitions pay the mean.
     table = _joint_table(env) if options.compiled and options.reward == "mean" else None
     if table is not None:
@@ -164,7 +167,8 @@ def _adapted_parallel(env: Any, source: str, make: Callable[[], Any] | None, opt
         return _with_agents(_limited(table, table.max_episode_steps, source), env)
     _refuse_compiled(options, source)
     others = None if make is None else lambda: JointEnv(make(), options.reward)
-    return GymnasiumProblem(JointEnv(env, options.reward), source, others, bins=options.bins)
+    joint = JointEnv(env, options.reward)
+    return GymnasiumProblem(joint, source, others, bins=options.bins, tries_out=options.tries_out)
 
 
 def _joint_table(env: Any) -> TabularMDP | None:
@@ -205,7 +209,8 @@ def _adapted_single(
     if problem is None:
         _refuse_compiled(options, source)
         limit = _strictest(limit, _inner_time_limit(inner))
-        return GymnasiumProblem(inner, source, others, bins=options.bins, max_episode_steps=limit)
+        more: dict[str, Any] = {"bins": options.bins, "tries_out": options.tries_out, "max_episode_steps": limit}
+        return GymnasiumProblem(inner, source, others, **more)
     _refuse_bins(options, source)
     return _limited(problem, _strictest(limit, problem.max_episode_steps), source)
 

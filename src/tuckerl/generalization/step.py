@@ -8,7 +8,6 @@ Ag_p, whose row norms say whose table all agents go on with (Figures 5, 7 and 8)
 import functools
 import threading
 import time
-import warnings
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -25,6 +24,7 @@ from tuckerl.errors import (
     RankWarning,
     SavedFileError,
     ZeroWeightWarning,
+    warn,
 )
 from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.generalization.loadings import Loadings, loadings_of, read_loadings
@@ -336,8 +336,7 @@ class TensorStepState:
     def _warn(self, category: type[Warning], message: str) -> None:
         if category not in self._warned:
             self._warned.add(category)
-            # The line that called learn(): the calls of the learner, its trainer and this class lie below it.
-            warnings.warn(message, category, stacklevel=8)
+            warn(message, category)
 
     def _remember(
         self, episode: int, weights: FloatArray, mixture: FloatArray | None, *, fit: float, ranks: tuple[int, ...]

@@ -1,15 +1,15 @@
 """Episodes apart from learning, and what they say of a policy."""
 
 import math
-import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from tuckerl.errors import StepCapWarning
+from tuckerl.errors import StepCapWarning, warn
 from tuckerl.interrupts import interrupts_held_back
 from tuckerl.intervals import bca_interval, is_constant
 from tuckerl.memory import check_memory
+from tuckerl.problems.problem import Problem
 from tuckerl.rng import child, stream
 from tuckerl.training.agent_arrays import EpisodeRecord
 from tuckerl.training.guards import raise_fault
@@ -42,20 +42,26 @@ class Evaluation(NamedTuple):
 
 
 def evaluate(
-    predictor: Predictor, episodes: int, sequence: np.random.SeedSequence, deterministic: bool | None = None
+    predictor: Predictor,
+    problem: Problem,
+    episodes: int,
+    sequence: np.random.SeedSequence,
+    *,
+    deterministic: bool | None = None,
 ) -> Evaluation:
     """Play episodes by the first agent's table, or by all agents' where these share one world.
 
     Parameters
     ----------
     predictor : Predictor
+    problem : Problem
+        Where they are played: the predictor's own, or another of the same spaces.
     episodes : int
     sequence : SeedSequence
         Decides all draws.
     deterministic : bool, optional
         As of :meth:`tuckerl.training.learner.Learner.predict`.
     """
-    problem = predictor.problem
     n_agents = len(predictor.q) if problem.shares_world else 1
     check_memory("evaluating", evaluation_parts(n_agents, episodes))
     world = problem.world()
@@ -87,9 +93,7 @@ def evaluate(
     finally:
         world.close()
     if problem.is_capped and steps.max() == problem.max_episode_steps:
-        warnings.warn(
-            CAPPED.format(problem.max_episode_steps), StepCapWarning, stacklevel=4
-        )  # the caller of a learner's evaluate()
+        warn(CAPPED.format(problem.max_episode_steps), StepCapWarning)
     values = returns.mean(axis=0)
     low, high = mean_interval(values, np.random.default_rng(child(sequence, _BOOTSTRAP)))
     return Evaluation(returns.T.copy(), steps.T.copy(), float(values.mean()), low, high)

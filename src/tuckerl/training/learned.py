@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from tuckerl.adapters.making import make_environment
 from tuckerl.checks import check_name
 from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.generalization.loadings import Loadings
@@ -30,6 +31,22 @@ class Learned(ABC):
     seed_sequence: np.random.SeedSequence
     _state: TrainingState
     _acting_policy: Policy
+
+    @property
+    def env(self) -> Any:
+        """The environment: the one that the first agent steps, without the time limit around it.
+
+        Where a problem is played in compiled code, one that is made by the environment's id; without an id, the problem
+        itself. Resetting or stepping the one that is learned in disturbs the episode that it plays next.
+        """
+        held = vars(self)
+        if "_env" not in held:
+            problem: Any = self.problem
+            if problem.is_compiled:
+                held["_env"] = problem if problem.id is None else make_environment(problem.id)
+            else:
+                held["_env"] = problem.env
+        return held["_env"]
 
     @property
     def episodes(self) -> int:
@@ -151,7 +168,10 @@ class Learned(ABC):
         return recorded[check_name("scheduled number", name, recorded)]
 
     def to_frame(self) -> Any:
-        """Return the history as a Polars frame: a row for each agent and episode, with its steps and return."""
+        """Return the history as a Polars frame: a row for each agent and episode, with its steps and return.
+
+        Its ``.to_pandas()`` needs pandas and pyarrow, which this library does not: ``pip install pandas pyarrow``.
+        """
         import polars as pl  # takes longer to import than all the rest
 
         history = self._state.history

@@ -5,7 +5,6 @@ learning changes (`training_state`) and what of it is shown (`learned`), learnin
 evaluation (`prediction`, `evaluation`) and files (`persistence`).
 """
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from inspect import signature
 from os import PathLike
@@ -15,6 +14,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tuckerl.adapters.judging import judged_in
 from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment, as_problem, check_compiled
 from tuckerl.checks import check_flag, check_int, check_name, check_real
 from tuckerl.errors import (
@@ -22,6 +22,7 @@ from tuckerl.errors import (
     LearnerError,
     SavedFileError,
     SavedFileMissingError,
+    warn,
 )
 from tuckerl.generalization.step import TensorStep
 from tuckerl.memory import check_memory
@@ -34,6 +35,7 @@ from tuckerl.training.callbacks.base import CallbackLike
 from tuckerl.training.copies import Copyable
 from tuckerl.training.declared_state import Declaration
 from tuckerl.training.evaluation import Evaluation, evaluate
+from tuckerl.training.habits import answering_habits, check_positions
 from tuckerl.training.learner_file import reading
 from tuckerl.training.memory_account import learner_parts
 from tuckerl.training.one_owner import Owner
@@ -46,6 +48,7 @@ from tuckerl.training.parameters import (
     check_policy,
     check_step,
     merged_signature,
+    with_parameters,
 )
 from tuckerl.training.policies.greedy import Greedy
 from tuckerl.training.policies.policy import Policy, check_policy_registered
@@ -131,9 +134,11 @@ class Learner(Copyable):
         own = signature(cls.__init__)
         own = own.replace(parameters=list(own.parameters.values())[1:])  # without self
         cls.__signature__ = merged_signature(own, signature(base))  # type: ignore[attr-defined]  # for help()
+        cls.__doc__ = with_parameters(vars(cls).get("__doc__"), base.__doc__, cls.__signature__)  # type: ignore[attr-defined]  # as above
 
     def __new__(cls, *arguments: Any, **parameters: Any) -> Self:
         """Refuse unknown parameters, saying what may have been meant."""
+        check_positions(cls, arguments)
         check_known(cls, parameters)
         learner = super().__new__(cls)
         learner._owner, learner._python_calls = Owner(), []  # before a subclass's own constructor, which may use them
@@ -295,6 +300,7 @@ class Learner(Copyable):
 
     # What its users call.
 
+    @answering_habits
     def learn(
         self,
         episodes: int | None = None,
@@ -338,9 +344,10 @@ class Learner(Copyable):
                 episodes, steps, callbacks, progress=progress
             )
         if self.diverged_at is not None:
-            warnings.warn(_DIVERGED.format(self.diverged_at), DivergenceWarning, stacklevel=2)
+            warn(_DIVERGED.format(self.diverged_at), DivergenceWarning)
         return self
 
+    @answering_habits
     def predict(
         self,
         observation: Any,
@@ -379,19 +386,55 @@ class Learner(Copyable):
         predictor = self._predictor(self._state.q, self._state.declared)
         return predictor.predict(observation, check_deterministic(deterministic), action_masks), None
 
-    def evaluate(self, episodes: int = 100, *, seed: Seed = None, deterministic: bool | None = None) -> Evaluation:
+    @answering_habits
+    def evaluate(
+        self,
+        episodes: int = 100,
+        *,
+        env: Environment | None = None,
+        deterministic: bool | None = None,
+        render: bool = False,
+        seed: Seed = None,
+    ) -> Evaluation:
         """Play episodes apart from learning, which goes on as if they had not been.
 
-        The policy is `predict`'s. The environment is a copy, and every call draws from the same stream, so that two
-        calls without learning between them agree, unless `seed` gives another one. Without a time limit, episodes are
-        cut off after 100,000 steps.
+        The policy is `predict`'s, under the environment's masks. By default the environment is a copy, and every call
+        draws from the same stream, so that two calls without learning between them agree, unless `seed` gives another
+        one. Without a time limit, episodes are cut off after 100,000 steps.
+
+        Parameters
+        ----------
+        episodes : int
+        env : optional
+            Where to play instead: an altered environment, or one that is recorded or rendered, as the constructor takes
+            it, with the spaces of the learned one. It is stepped in Python; an instance is the one that is stepped, is
+            given a seed at its first reset, and stays open: close it to finish a recording.
+        deterministic : bool, optional
+            As of `predict`.
+        render : bool
+            Whether to show each step: in a window, ``render_mode="human"``, of an environment that is known by its id;
+            else `env`, which must have a render mode. Where that is another than "human", ``env.render()`` is called
+            after each reset and step.
+        seed : int or SeedSequence, optional
+            Default: the learner's own. The streams are others than those that a learner of the same seed learns from.
+
+        Returns
+        -------
+        Evaluation
+            The returns and steps of all episodes and agents, and the mean return with its interval.
 
         Raises
         ------
+        ParameterError, ParameterTypeError
+            If a parameter is impossible, `env` has other spaces, or there is nothing to be shown.
         ProblemError
             If the environment cannot be copied.
+        EnvironmentFaultError
+            If an environment raises an error or returns something impossible.
         """
-        return self._evaluate(self._state.q, self._state.declared, episodes, seed, deterministic)
+        options = self.adapter_options({"bins": None, "compiled": False, "team_reward": self.team_reward})
+        problem = judged_in(self.problem, env, options, render=check_flag("render", render))
+        return self._evaluate(self._state.q, self._state.declared, episodes, seed, deterministic, problem)
 
     def evaluate_saved(self, path: str | PathLike[str], episodes: int = 100, *, seed: Seed = None) -> Evaluation | None:
         """Evaluate the tables that an earlier part of this run has saved; None where `path` holds nothing of it.
@@ -413,7 +456,7 @@ class Learner(Copyable):
             return None
         if held.history["steps"].shape[1] > self.episodes:
             return None
-        return self._evaluate(held.q, held.declared, episodes, seed, None)
+        return self._evaluate(held.q, held.declared, episodes, seed)
 
     def _evaluate(
         self,
@@ -421,12 +464,17 @@ class Learner(Copyable):
         declared: Sequence[Mapping[str, Any]],
         episodes: int,
         seed: Seed,
-        deterministic: bool | None,
+        deterministic: bool | None = None,
+        problem: Problem | None = None,
     ) -> Evaluation:
-        sequence = child(self.seed_sequence, _EVALUATION_STREAM) if seed is None else seed_sequence(seed)
-        predictor = self._predictor(q, declared)
         with self._owner.at_rest("evaluate()"):
-            return evaluate(predictor, check_int("episodes", episodes, 1), sequence, check_deterministic(deterministic))
+            return evaluate(
+                self._predictor(q, declared),
+                self.problem if problem is None else problem,
+                check_int("episodes", episodes, 1),
+                child(self.seed_sequence if seed is None else seed_sequence(seed), _EVALUATION_STREAM),
+                deterministic=check_deterministic(deterministic),
+            )
 
     def _predictor(self, q: FloatArray, declared: Sequence[Mapping[str, Any]]) -> Predictor:
         state = self._state

@@ -1,17 +1,18 @@
 """The parameters that all learners take, and checks of those that only learners know."""
 
-from inspect import Parameter, Signature, signature
+from inspect import Parameter, Signature, cleandoc, signature
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import check_flag, check_real, did_you_mean
+from tuckerl.checks import check_flag, check_real
 from tuckerl.errors import LearnerError, ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.step import TensorStep
 from tuckerl.problems.problem import Problem
+from tuckerl.training.habits import word_to_use
 from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy
 from tuckerl.training.policies.policy import Policy
 from tuckerl.training.schedules import Schedule, as_schedule
@@ -54,6 +55,37 @@ def merged_signature(own: Signature, base: Signature) -> Signature:
     return own.replace(parameters=[*kept, *more])
 
 
+def with_parameters(own: str | None, base: str | None, taken: Signature) -> str | None:
+    """Return a learner's docstring with those of its base's parameters that it takes and does not describe itself.
+
+    So ``help()`` and the reference show all that a constructor takes.
+    """
+    if own is None or base is None:  # python -OO
+        return own
+    before, described, after = _parameter_entries(cleandoc(own))
+    inherited = _parameter_entries(cleandoc(base))[1]
+    missing = {name: entry for name, entry in inherited.items() if name not in described and name in taken.parameters}
+    return "\n".join([*before, *described.values(), *missing.values(), "", *after]).rstrip() + "\n"
+
+
+def _parameter_entries(doc: str) -> tuple[list[str], dict[str, str], list[str]]:
+    """Return the lines before the parameters' entries in a numpydoc docstring, these by name, and the rest."""
+    lines = doc.split("\n")
+    heads = [i for i, line in enumerate(lines[1:]) if line.startswith("---")] + [len(lines)]
+    if "Parameters" not in lines:
+        return [*lines[: heads[0]], "Parameters", "----------"], {}, lines[heads[0] :]
+    begin = lines.index("Parameters") + 2
+    end = next(head for head in heads if head >= begin)
+    entries: dict[str, str] = {}
+    for line in lines[begin:end]:
+        if line and not line.startswith(" "):
+            name = line.partition(" : ")[0]
+            entries[name] = line
+        elif line:
+            entries[name] += f"\n{line}"
+    return lines[:begin], entries, lines[end:]
+
+
 def keywords_of(learner: type) -> tuple[str, ...]:
     """Return the names of the keyword parameters that a learner's constructor takes."""
     named = (Parameter.KEYWORD_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
@@ -72,7 +104,7 @@ def check_known(learner: type, parameters: "Mapping[str, object]") -> None:
     unknown = set(parameters) - {*known, "env"}
     if unknown:
         name = min(unknown)
-        hint = did_you_mean(name, known) or f"it takes {', '.join(known)}"
+        hint = word_to_use("constructor", name, known)
         raise ParameterTypeError(f"{learner.__name__} has no parameter {name!r}: {hint}")
 
 

@@ -2,13 +2,12 @@
 
 import math
 import sys
-import warnings
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
 from tuckerl.checks import check_int
-from tuckerl.errors import ParameterError, StepCapWarning
+from tuckerl.errors import ParameterError, StepCapWarning, warn
 from tuckerl.generalization.step import TensorStepState
 from tuckerl.interrupts import interrupts_held_back
 from tuckerl.memory import check_memory
@@ -175,7 +174,7 @@ class Trainer:
         problem, state = self._learner.problem, self._state
         if problem.is_capped and longest == problem.max_episode_steps and not state.was_capped:
             state.was_capped = True
-            warnings.warn(CAPPED.format(longest), StepCapWarning, stacklevel=7)
+            warn(CAPPED.format(longest), StepCapWarning)
 
     def _close_window(self, step: TensorStepState) -> None:
         state, every = self._state, step.step.every
