@@ -90,6 +90,13 @@ class Numbered(Noise):
         return observation, self.rng.normal() + random.random(), *rest  # noqa: S311  # no secret
 
 
+def test_a_callable_that_has_a_few_only_gives_all_of_them() -> None:
+    few = [Numbered(), Numbered()]
+    handed = iter(few)
+    worlds: Any = learned(lambda: next(handed), n_agents=2)._state.worlds
+    assert [world.env for world in worlds] == few
+
+
 class Drawn(Meeting):
     """A parallel environment that draws when it is made what its rewards are multiplied by."""
 

@@ -102,7 +102,7 @@ def test_what_a_callable_made_is_closed_when_it_is_refused(watched: type[Watched
         as_problem(lambda: watched(), AdapterOptions(bins=3))
     assert watched.closed == 2
     as_problem(lambda: watched(), AdapterOptions(compiled=False))
-    assert watched.closed == 3
+    assert watched.closed == 2
 
 
 def test_the_strictest_of_several_time_limits_holds() -> None:

@@ -7,20 +7,22 @@ import gymnasium
 
 
 class Counting(gymnasium.Env[Any, Any]):
-    """Episode e (from 0) takes e % 3 + 1 steps, whatever is done, and its return is e + `more`."""
+    """Episode e (from 0) takes e % 3 + 1 steps, whatever is done, and its return is e + 10 k for the k-th to begin."""
 
     observation_space = gymnasium.spaces.Discrete(3)
     action_space = gymnasium.spaces.Discrete(2)
 
-    def __init__(self, more: float = 0.0) -> None:
-        self.more, self.episode, self.left = more, -1, 0
-        self.is_tried_out = False
+    def __init__(self, resets: list[Any]) -> None:
+        self.resets, self.more, self.episode, self.left = resets, 0.0, -1, 0
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[int, dict[str, Any]]:
         super().reset(seed=seed)
-        # Learners reset once more, to find mistakes before learning begins.
-        self.episode += self.is_tried_out
-        self.is_tried_out = True
+        # Learners reset the first once more, to find mistakes before learning begins.
+        if self.episode < 0 and self.resets:
+            self.more = 10.0 * (len(self.resets) - 1)
+        self.episode += bool(self.resets)
+        if self.episode <= 0:
+            self.resets.append(seed)
         self.left = self.episode % 3 + 1
         return self.left - 1, {}
 
@@ -32,11 +34,5 @@ class Counting(gymnasium.Env[Any, Any]):
 
 def countings() -> Callable[[], Counting]:
     """Return a maker: the first agent's returns are 0, 1, 2, ..., and the second's lie 10 higher."""
-    made: list[Counting] = []
-
-    def make() -> Counting:
-        made.append(Counting(10.0 * len(made)))
-        made[-1].is_tried_out = len(made) > 1  # only the first is looked at
-        return made[-1]
-
-    return make
+    resets: list[Any] = []
+    return lambda: Counting(resets)

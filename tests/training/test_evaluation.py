@@ -184,7 +184,7 @@ def test_an_environment_that_cannot_be_copied_says_so() -> None:
         def __deepcopy__(self, memo: Any) -> Any:
             raise TypeError("no")
 
-    learner = QLearning(Stubborn(), seed=1).learn(3)
+    learner = QLearning(Stubborn([]), seed=1).learn(3)
     with pytest.raises(ProblemError, match="cannot be copied for one more agent"):
         learner.evaluate(3)
     assert learner.learn(1).episodes == 4

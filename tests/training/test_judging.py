@@ -202,7 +202,11 @@ def test_an_environment_known_by_its_id_is_made_again_to_be_shown(monkeypatch: p
     assert made == [("Corridor-v0", {"render_mode": "human"})]
 
 
-@pytest.mark.parametrize("parameters", [{}, {"env": Watched()}, {"env": corridor()}, {"env": Watched}], ids=str)
+@pytest.mark.parametrize(
+    "parameters",
+    [{}, {"env": Watched()}, {"env": corridor()}, {"env": Watched}],
+    ids=["compiled", "instance", "problem", "class"],
+)
 def test_what_cannot_be_shown_says_so(parameters: Any) -> None:
     for learned in (corridor(), Watched()):
         with pytest.raises(ParameterError, match=r"pass env=gymnasium.make\(..., render_mode='human'\)"):

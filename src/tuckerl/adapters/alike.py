@@ -22,8 +22,10 @@ _EPISODES, _STEPS = 20, 100  # of random play, at most
 _PLAIN = (bool, int, float, complex, str, bytes, np.generic)
 
 
-def checked_maker(first: Any, make: Callable[[], Any], source: str) -> Callable[[], Any] | None:
-    """Return `make`; None where it hands out one object again and again, which is then copied as an instance is.
+def checked_maker(first: Any, make: Callable[[], Any], source: str) -> "EnvironmentMaker | None":
+    """Return what makes more of the same.
+
+    None where `make` hands out one object again and again, which is then copied as an instance is.
 
     Parameters
     ----------
@@ -43,22 +45,36 @@ def checked_maker(first: Any, make: Callable[[], Any], source: str) -> Callable[
     except TuckerlError:
         raise
     except Exception:  # noqa: BLE001  # there can be one only, perhaps; whoever needs another is told
-        return make
+        return EnvironmentMaker(make)
     if innermost(second) is innermost(first):
         return None
-    try:
-        place = difference_of_data(innermost(first), innermost(second))
-        differs = place is not None and _play_apart(second, make)
-    finally:
+    place = difference_of_data(innermost(first), innermost(second))
+    if place is not None and _differ(make):
         close(second, source)
-    if differs:
         name = getattr(make, "__qualname__", source)
         raise ProblemError(
             f"two environments made by {name} differ (in {place}): something is drawn when they are made, which no "
             "seed decides, so that equal seeds would not give equal results. Say what is drawn (FrozenLake: desc), or "
             "make one environment and pass that"
         )
-    return make
+    return EnvironmentMaker(make, second)
+
+
+class EnvironmentMaker:
+    """Hands out an environment that was made already before it makes others: a callable may have a few only."""
+
+    def __init__(self, make: Callable[[], Any], *made: Any) -> None:
+        self._make, self._made = make, list(made)
+
+    def __call__(self) -> Any:
+        """Return an environment."""
+        return self._made.pop() if self._made else self._make()
+
+    def close(self) -> None:
+        """Close what was made already and is not wanted."""
+        while self._made:
+            env = self._made.pop()
+            close(env, name_of(env))
 
 
 def lost_by_copying(env: Any) -> str | None:
@@ -167,18 +183,23 @@ def _equal_arrays(one: Any, other: Any) -> bool:
     return bool(np.array_equal(one, other, equal_nan=one.dtype.kind in "fc"))
 
 
-def _play_apart(second: Any, make: Callable[[], Any]) -> bool:
+def _differ(make: Callable[[], Any]) -> bool:
     """Return whether two more environments are other problems: by their tables, or when they are played alike."""
-    third = make()
+    made: list[Any] = []
     try:
-        pair = innermost(second), innermost(third)
+        made.append(make())
+        made.append(make())
+        pair = [innermost(env) for env in made]
         if all(map(plays_what_it_carries, pair)):
             tables: list[Any] = [carried_problem(env) for env in pair]
             if None not in tables:
                 return tables[0].difference(tables[1]) is not None
-        return not _episodes_are_equal(second, third)
+        return not _episodes_are_equal(pair[0], pair[1])
+    except Exception:  # noqa: BLE001  # there are no more of them to compare
+        return False
     finally:
-        close(third, name_of(third))
+        for env in made:
+            close(env, name_of(env))
 
 
 def _episodes_are_equal(one: Any, other: Any) -> bool:

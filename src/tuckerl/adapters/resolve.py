@@ -140,19 +140,21 @@ def _own_problem(env: Problem | Maze, options: AdapterOptions) -> Problem:
 
 def _adapted(env: Any, source: str, make: Callable[[], Any] | None, options: AdapterOptions) -> Problem:
     """Return the problem of an environment; one that was made here is closed if it isn't stepped itself."""
-    problem, is_ours = None, make is not None
+    problem, maker, is_ours = None, None, make is not None
     try:
         if make is not None:
-            make = checked_maker(env, make, source)
-            is_ours = make is not None
+            maker = checked_maker(env, make, source)
+            is_ours = maker is not None
         if isinstance(env, gymnasium.Env):
             _refuse_reward(options, source)
-            problem = _adapted_single(env, source, make, options)
+            problem = _adapted_single(env, source, maker, options)
         else:
-            problem = _adapted_parallel(env, source, make, options)
+            problem = _adapted_parallel(env, source, maker, options)
     finally:
         if is_ours and (problem is None or problem.is_compiled):
             close(env, source)
+            if maker is not None:
+                maker.close()
     return problem
 
 
