@@ -261,7 +261,7 @@ def test_warnings_are_one_line_and_default_ranks_need_none(capsys: pytest.Captur
         (["sarsa", "no_such:FrozenLake-v1"], "there is no module 'no_such' to import"),
         (
             ["sarsa", "FrozenLake-v1", "--set", "alhpa=1"],
-            "sarsa has no parameter 'alhpa': 'alpha'?; `tuckerl list sarsa` tells of each",
+            "sarsa has no parameter 'alhpa': did you mean 'alpha'?; `tuckerl list sarsa` tells of each",
         ),
         (["sarsa", "FrozenLake-v1", "--set", "alpha=2"], "alpha must be a number in (0, 1]; got 2.0"),
         (["sarsa", "FrozenLake-v1", "--set", "n_agents=2"], "give the number of agents with --agents"),
@@ -313,7 +313,7 @@ def _saved(name: str) -> Path:
     tuckerl.Sarsa("FrozenLake-v1", seed=0).learn(3).save("whole.tuckerl")
     content = Path("whole.tuckerl").read_bytes()
     Path("cut.tuckerl").write_bytes(content[:-100])
-    Path("newer.tuckerl").write_bytes(content.replace(b"format 2", b"format 99", 1))
+    Path("newer.tuckerl").write_bytes(content.replace(b"format 3", b"format 99", 1))
     Path("text.tuckerl").write_text("text")
     tuckerl.Sarsa("Blackjack-v1", seed=0).learn(3).save("cards.tuckerl")
     tuckerl.QLearning("tuckerl/CartPole-v0", seed=0).learn(3).save("pole.tuckerl")
@@ -335,7 +335,7 @@ def _saved(name: str) -> Path:
         ("evaluate none.tuckerl", "there is no file none.tuckerl"),
         ("evaluate .", "cannot be read"),
         ("evaluate cut.tuckerl", "cut.tuckerl is truncated or damaged"),
-        ("evaluate newer.tuckerl", "newer.tuckerl has format 99, and this version of tuckerl reads up to format 2"),
+        ("evaluate newer.tuckerl", "newer.tuckerl has format 99, and this version of tuckerl reads up to format 3"),
         ("evaluate text.tuckerl", "text.tuckerl is not a saved learner"),
         ("evaluate good.npy", "good.npy is not a saved learner"),
         ("evaluate whole.tuckerl --episodes 0", "episodes must be a whole number of at least 1; got 0"),

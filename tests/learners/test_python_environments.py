@@ -236,7 +236,7 @@ def test_another_environment_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SavedFileError, match=r"learned on an environment that no file holds, TableEnv: pass load\(\)"):
         QLearning.load(path)
     for other in (TableEnv(random_mdp(1)), TimeLimit(TableEnv(MDP), 5), random_mdp(1)):
-        with pytest.raises(ParameterError, match=r"\(states, actions, time limit\) \[9, 3, 100000\]; got "):
+        with pytest.raises(ParameterError, match=r"was saved with: (observation n|time limit|kind) was .*; got "):
             QLearning.load(path, env=other)
     TeamQ(JointEnv(Dice()), seed=1).learn(1).save(path)
     turned = Dice()

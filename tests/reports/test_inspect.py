@@ -12,7 +12,7 @@ from matplotlib.collections import PolyCollection
 
 from tuckerl.errors import OutputError, ProblemError, TensorError
 from tuckerl.generalization.loadings import Loadings
-from tuckerl.generalization.step import TensorStepHistory, empty_history
+from tuckerl.generalization.step_history import TensorStepHistory, empty_history
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.reports.figure import FigureSpec, own_style
 from tuckerl.reports.inspect import Inspection, inspect_tensor, inspection_figures, write_inspection

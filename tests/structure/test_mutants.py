@@ -49,8 +49,6 @@ def test_a_sample_is_of_all_folders_and_every_change_is_python() -> None:
     assert len({mutant.folder for mutant in drawn}) >= 13
     assert len({mutant.change.kind for mutant in drawn}) >= 8
     for mutant in drawn:
-        before, after = mutant.lines()
-        assert before != after
         assert ast.dump(ast.parse(mutant.change.applied(mutant.text))) != ast.dump(ast.parse(mutant.text))
 
 

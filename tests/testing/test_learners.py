@@ -21,7 +21,7 @@ from tuckerl.testing import check_learner
         (faults.MARKED_LATE, r"changed row \d of agent.q in episode \d and did not record it: call record_change"),
         (faults.BOOTSTRAPS_ENDS, r"ends the episode .* worth 0.5 .* Wrong has 6.8: discount, which is 0"),
         (faults.DROPS_TRUNCATED, r"is cut off .* worth 6.8 .* Wrong has 0.5: .* use discount, not ended"),
-        (faults.TAKES_ANY, r"took action 2 in state \d, where it is forbidden: let the policy choose"),
+        (faults.TAKES_ANY, r"returned action 2 in state \d, where it is forbidden: look at agent.action_mask"),
         (faults.BELIEVES_ANY, r"counted on forbidden actions: values rose to .* best_value"),
         (faults.IGNORES_INFINITY, r"learning must stop .* let update, or end_episode, return False"),
         (faults.UNSEEDED, r"same seed must learn the same; .* draw by tuckerl.rng.uniform"),

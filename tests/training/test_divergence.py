@@ -142,7 +142,7 @@ def test_a_window_that_is_not_finite_is_not_factorised() -> None:
 
 @pytest.mark.parametrize("every", [3, 5])
 def test_a_learner_that_diverged_in_a_window_is_saved_and_copied(every: int, tmp_path: Path) -> None:
-    step = TensorStep(every=every, ranks=(1, 1, 1, 1))
+    step = TensorStep(every=every, ranks=(1, 1, 1, 1), floor=0.1)
     learner = QLearning(RUNAWAY, tensor_step=step, **SETTINGS)
     with pytest.warns(DivergenceWarning, match="episode 4"):
         learner.learn(10)

@@ -30,11 +30,12 @@ from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.generalization.loadings import Loadings, loadings_of, read_loadings
 from tuckerl.generalization.sharing import SHARING_RULES, ShareContext, ShareFunction, SharingRule, custom_sharing
 from tuckerl.generalization.snapshots import Snapshots
+from tuckerl.generalization.step_history import TensorStepHistory, empty_history
 from tuckerl.generalization.weights import WEIGHTINGS, WeightFunction, Weighting, custom_weighting
 from tuckerl.rng import child
 from tuckerl.saved_arrays import ANY_LENGTH, SavedArrays, grouped
 from tuckerl.tensor import TuckerDecomposition, decompose
-from tuckerl.types import BoolArray, FloatArray, IntArray, Ranks
+from tuckerl.types import FloatArray, IntArray, Ranks
 
 _STREAM = 2**32 - 1  # the child of the learner's seed that is the step's; agents have 0, 1, 2, ...
 _NO_RANKS: tuple[int, ...] = (0, 0, 0, 0)
@@ -141,27 +142,6 @@ class _OneThread:
 
 
 _ONE_THREAD = _OneThread()
-
-
-class TensorStepHistory(NamedTuple):
-    """What the step did after each of W windows."""
-
-    episode: IntArray  # (W,) episodes finished by then
-    weights: FloatArray  # (W, A) the learning-rate weights from then on
-    chosen: IntArray  # (W,) the agent whose table was copied, -1 where none was
-    fit: FloatArray  # (W,) of the decomposition, NaN where there was none
-    ranks: IntArray  # (W, 4) used, 0 where there was no decomposition, -1 where none could be found
-
-    @property
-    def failed(self) -> BoolArray:
-        """After which windows no decomposition could be found, (W,): weights and tables stayed as they were."""
-        return np.asarray((self.ranks < 0).any(axis=1))
-
-
-def empty_history(n_actions: int) -> TensorStepHistory:
-    """Return the history of no windows."""
-    none = np.zeros(0, dtype=np.int64)
-    return TensorStepHistory(none, np.zeros((0, n_actions)), none, np.zeros(0), np.zeros((0, 4), dtype=np.int64))
 
 
 class TensorStepResult(NamedTuple):

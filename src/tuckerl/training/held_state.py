@@ -4,7 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tuckerl.errors import SavedFileError
 from tuckerl.generalization.step import HeldStep
+from tuckerl.saved_arrays import SavedArrays
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
 
 
@@ -33,3 +35,36 @@ class HeldState(NamedTuple):
     def declared(self) -> tuple[dict[str, Any], ...]:
         """What each agent declares."""
         return tuple(agent.declared for agent in self.agents)
+
+
+def is_seen(mask: BoolArray) -> bool:
+    """Return whether a mask is learned from what an environment gives, as the problem's own is not."""
+    return mask.size > 0 and mask.flags.writeable
+
+
+def read_streams(arrays: SavedArrays, n_agents: int) -> tuple[Stream, ...]:
+    """Return each agent's stream from a file.
+
+    Raises
+    ------
+    SavedFileError
+        If there are others, or one is zero and would stay so.
+    """
+    streams = arrays.take("streams", np.uint64, (n_agents, 4))
+    if not streams.any(axis=1).all():
+        raise SavedFileError("streams of random numbers must not be zero")
+    return tuple(streams)
+
+
+def read_mask(arrays: SavedArrays, shape: tuple[int, ...], n_actions: int) -> BoolArray:
+    """Return an agent's mask (S, A) from a file, of an agent that has the first `n_actions` actions.
+
+    Raises
+    ------
+    SavedFileError
+        If nothing may be done in a state, or something that the agent cannot do.
+    """
+    mask: BoolArray = arrays.take("action_mask", np.bool_, shape)
+    if not mask.any(axis=1).all() or mask[:, n_actions:].any():
+        raise SavedFileError("an action mask must allow an action in every state, and none that does not exist")
+    return mask

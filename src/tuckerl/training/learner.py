@@ -54,9 +54,10 @@ from tuckerl.training.policies.greedy import Greedy
 from tuckerl.training.policies.policy import Policy, check_policy_registered
 from tuckerl.training.prediction import Predictor
 from tuckerl.training.python_calls import PythonCall
+from tuckerl.training.rules import Rules
 from tuckerl.training.schedules import Schedule, as_number
 from tuckerl.training.trainer import Trainer
-from tuckerl.training.training_state import Rules, TrainingState
+from tuckerl.training.training_state import TrainingState
 from tuckerl.types import FloatArray, Seed
 
 _PREDICTION_STREAM = 2**32 - 2  # the child of the seed for predictions that are drawn

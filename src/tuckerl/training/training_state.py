@@ -24,7 +24,7 @@ from tuckerl.generalization.step import TensorStep, TensorStepState
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
 from tuckerl.saved_arrays import SavedArrays, grouped
-from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
+from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord
 from tuckerl.training.declared_state import (
     Arrays,
     Declaration,
@@ -35,26 +35,17 @@ from tuckerl.training.declared_state import (
     saved_state,
     share_state,
 )
-from tuckerl.training.held_state import HeldAgent, HeldState
+from tuckerl.training.held_state import HeldAgent, HeldState, is_seen, read_mask, read_streams
 from tuckerl.training.history import EpisodeHistory
 from tuckerl.training.kernel_calls import KernelCall
-from tuckerl.training.policies.policy import Policy
-from tuckerl.training.schedules import Schedule, ScheduleValues, read_past
+from tuckerl.training.rules import Rules
+from tuckerl.training.schedules import ScheduleValues, read_past
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
 
 LONGEST_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
 
 MakeAlgorithmState = Callable[[Mapping[str, Any], FloatArray], Any]
 """From an agent's declared arrays by name and the algorithm's scheduled numbers to what its kernels read."""
-
-
-class Rules(NamedTuple):
-    """How a learner learns, by those of its parameters that can change between episodes."""
-
-    schedules: Mapping[str, Schedule]  # alpha first, then the algorithm's own; the policy's are added
-    policy: Policy
-    declarations: tuple[Declaration, ...]  # of the algorithm
-    settings: Settings
 
 
 class _Kept(NamedTuple):
@@ -262,7 +253,7 @@ class TrainingState:
         arrays = grouped("state", arrays)
         for agent, (log, mask, declared) in enumerate(zip(self.logs, self.action_masks, self.declared, strict=True)):
             own = grouped("log", saved_log(log))
-            if _is_seen(mask):
+            if is_seen(mask):
                 own["action_mask"] = mask
             for declaration in self.declarations:
                 own |= saved_state(declaration, declared[declaration.name])
@@ -280,16 +271,13 @@ class TrainingState:
         """
         n_agents, n_states, n_actions = self.q.shape
         own, finite = arrays.group("state"), diverged_at is None
-        history = self.history.read(own, n_agents, diverged=not finite)
+        streams, history = read_streams(own, n_agents), self.history.read(own, n_agents, diverged=not finite)
         finished = history["finished"]
         if diverged_at is not None and not 0 <= diverged_at <= finished.max():
             raise SavedFileError(f"it diverged in episode {diverged_at}, which it does not have")
         q = own.take("q", np.float64, self.q.shape, finite=finite)
         weights = own.take("weights", np.float64, (n_actions,), 0.0, finite=True)
         trajectory = own.take("trajectory", np.int64, (n_agents, range(self._trajectory.shape[2] + 1)), 0, n_states - 1)
-        streams = own.take("streams", np.uint64, (n_agents, 4))
-        if not streams.any(axis=1).all():  # such a stream would stay zero
-            raise SavedFileError("streams of random numbers must not be zero")
         step, n_before = self.tensor_step, 0
         held_step = None if step is None else step.read(arrays.group("step"), finished, diverged=not finite)
         in_force = np.ones(n_actions)
@@ -302,16 +290,13 @@ class TrainingState:
             self._read_agent(agent, arrays.group(f"agents/{agent}"), int(finished[agent]) - n_before, finite=finite)
             for agent in range(n_agents)
         )
-        return HeldState(q, weights, history, trajectory, tuple(streams), held_step, agents, past, diverged_at)
+        return HeldState(q, weights, history, trajectory, streams, held_step, agents, past, diverged_at)
 
     def _read_agent(self, agent: int, arrays: SavedArrays, n_closed: int, *, finite: bool) -> HeldAgent:
-        log, mask, held_mask = self.logs[agent], self.action_masks[agent], None
+        log, mask = self.logs[agent], self.action_masks[agent]
         held_log = read_log(arrays.group("log"), log, self.q.shape[2], n_closed if finite else None, finite=finite)
-        if _is_seen(mask):
-            held_mask = arrays.take("action_mask", np.bool_, mask.shape)
-            n_own = [n for world in self.worlds for n in world.n_own_actions][agent]
-            if not held_mask.any(axis=1).all() or held_mask[:, n_own:].any():
-                raise SavedFileError("an action mask must allow an action in every state, and none that does not exist")
+        n_own = [n for world in self.worlds for n in world.n_own_actions][agent]
+        held_mask = read_mask(arrays, mask.shape, n_own) if is_seen(mask) else None
         declared = {d.name: read_state(d, arrays, self.initial_q, finite=finite) for d in self.declarations}
         if finite:
             self._check_declared(declared)
@@ -337,8 +322,3 @@ class TrainingState:
                 mask[...] = own.mask
         if self.tensor_step is not None and held.step is not None:
             self.tensor_step.restore(held.step)
-
-
-def _is_seen(mask: BoolArray) -> bool:
-    """Return whether a mask is learned from what an environment gives, as the problem's own is not."""
-    return mask.size > 0 and mask.flags.writeable

@@ -7,7 +7,7 @@ import numpy as np
 
 from tuckerl.errors import ProblemError
 from tuckerl.generalization.loadings import EPISODES, Loadings
-from tuckerl.generalization.step import TensorStepHistory
+from tuckerl.generalization.step_history import TensorStepHistory
 from tuckerl.problems.parts import Layout, check_layout
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
 from tuckerl.reports.text import joined

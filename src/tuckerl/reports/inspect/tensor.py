@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from tuckerl.checks import refuse_mask
 from tuckerl.errors import ProblemError, TensorError
 from tuckerl.generalization.loadings import Loadings
-from tuckerl.generalization.step import empty_history
+from tuckerl.generalization.step_history import empty_history
 from tuckerl.problems.parts import Layout, check_action_names, check_layout
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.tensor import tucker

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tuckerl.generalization.step import TensorStepHistory
+from tuckerl.generalization.step_history import TensorStepHistory
 from tuckerl.reports import styles
 from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
 from tuckerl.reports.inspect.cells import colour_bar, draw_table, scale
