@@ -146,7 +146,7 @@ def test_before_a_tensor_step_that_raises_everything_is_saved(tmp_path: Path) ->
     assert_same(again, QLearning(PROBLEM, n_agents=2, seed=1, tensor_step=step).learn(9))
 
 
-def test_after_an_episode_that_broke_off_the_file_stays_as_it_was(tmp_path: Path) -> None:
+def test_after_an_episode_that_broke_off_the_file_holds_those_before_it(tmp_path: Path) -> None:
     maker = countings()
 
     def broken() -> Any:
@@ -161,9 +161,10 @@ def test_after_an_episode_that_broke_off_the_file_stays_as_it_was(tmp_path: Path
         env.step = failing  # type: ignore[method-assign]
         return env
 
+    learner = QLearning(broken, seed=1)
     with pytest.raises(EnvironmentFaultError):
-        QLearning(broken, seed=1).learn(9, callbacks=[Checkpoint(tmp_path / "a", every=3)])
-    assert QLearning.load(tmp_path / "a", env=countings()).episodes == 6
+        learner.learn(9, callbacks=[Checkpoint(tmp_path / "a", every=3)])
+    assert QLearning.load(tmp_path / "a", env=countings()).episodes == learner.episodes == 7
 
 
 def test_tables_that_are_not_finite_are_not_saved(tmp_path: Path) -> None:

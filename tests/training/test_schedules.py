@@ -179,4 +179,4 @@ def test_who_plays_the_past_by_a_number_that_is_new_finds_it_and_the_record_says
     assert values.values(5)[:, 0].tolist() == [0.5] * 5
     recorded = values.recorded(5)
     np.testing.assert_array_equal(recorded["temperature"], [np.nan] * 3 + [0.5] * 2)
-    np.testing.assert_array_equal(recorded["epsilon"], [0.4, 0.3, 0.2, np.nan, np.nan])
+    np.testing.assert_allclose(recorded["epsilon"], [0.4, 0.3, 0.2, np.nan, np.nan])

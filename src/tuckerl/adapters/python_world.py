@@ -1,5 +1,6 @@
 """What all environments that Python steps have in common: copies for several agents, errors, time, and seeds."""
 
+import contextlib
 import copy
 import math
 import operator
@@ -165,7 +166,8 @@ class EnvironmentCopies:
         except Exception:  # noqa: BLE001  # there can be one only, perhaps
             return frozenset()
         states = _states_of_generators(other)
-        other.close()
+        with contextlib.suppress(Exception):  # it was made to be looked at only
+            other.close()
         return frozenset(place for place, state in self._states.items() if states.get(place) == state)
 
 

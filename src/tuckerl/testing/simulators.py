@@ -78,7 +78,7 @@ def _played(functions: "_Interpreted", episodes: int, seed: int) -> Iterator[Mom
             action, n_done = int(choose.integers(functions.simulator.n_actions)), n_done + 1
             moment = functions.stepped(moment, action, Where(episode, n_done, action, moment.after))
             yield moment
-        if limit is None and not moment.terminated:
+        if (limit is None or functions.simulator.is_capped) and not moment.terminated:
             raise ProblemCheckError(
                 f"an episode of {functions.simulator} did not end in {LONGEST:,} steps of random play, and there is no "
                 "time limit: set max_episode_steps, or let step return True where an episode ends"
