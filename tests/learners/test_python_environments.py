@@ -241,7 +241,7 @@ def test_another_environment_is_refused(tmp_path: Path) -> None:
     TeamQ(JointEnv(Dice()), seed=1).learn(1).save(path)
     turned = Dice()
     turned.possible_agents = turned.possible_agents[::-1]
-    with pytest.raises(ParameterError, match=r"of the agents left, right, in this order; got right, left"):
+    with pytest.raises(ParameterError, match=r"agents was left, right; got right, left"):
         TeamQ.load(path, env=JointEnv(turned))
 
 
