@@ -102,7 +102,7 @@ class _WindowsMemory(ctypes.Structure):
 
 def _of_windows() -> int:
     status = _WindowsMemory(length=ctypes.sizeof(_WindowsMemory))
-    ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status))  # type: ignore[attr-defined,unused-ignore]
+    ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status))  # type: ignore[attr-defined,unused-ignore]  # on Windows only
     return int(min(status.free, status.left))
 
 

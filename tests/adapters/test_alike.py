@@ -55,7 +55,7 @@ def test_one_object_that_a_callable_hands_out_again_is_copied(n_agents: int, wra
 def test_what_is_handed_out_is_not_closed_when_its_table_is_played() -> None:
     closed: list[int] = []
     lake = gymnasium.make("FrozenLake-v1")
-    lake.unwrapped.close = lambda: closed.append(1)  # type: ignore[method-assign]
+    lake.unwrapped.close = lambda: closed.append(1)  # type: ignore[method-assign]  # to see whether it is called
     as_problem(lambda: lake)
     assert not closed
 
@@ -171,9 +171,9 @@ def test_spaces_that_change_between_resets_are_named() -> None:
         agent.learn(9)
     team = Meeting()
     worlds = as_problem(team)
-    team.action_space = lambda agent: Discrete(7)  # type: ignore[method-assign]
+    team.action_space = lambda agent: Discrete(7)  # type: ignore[method-assign]  # as a user would alter it
     with pytest.raises(ProblemError, match="action n was 3; got 7"):
-        worlds.world().begin()  # type: ignore[attr-defined]
+        worlds.world().begin()  # type: ignore[attr-defined]  # it is stepped in Python
 
 
 def test_data_are_compared_attribute_by_attribute() -> None:
@@ -194,4 +194,4 @@ def test_data_are_compared_attribute_by_attribute() -> None:
 @pytest.mark.parametrize("options", [AdapterOptions(), AdapterOptions(compiled=False)])
 def test_this_librarys_own_are_alike(options: AdapterOptions) -> None:
     for name in ("tuckerl/DynaMaze-v0", "FrozenLake-v1", "Taxi-v4"):
-        assert as_problem(lambda: gymnasium.make(name), options).difference(as_problem(name, options)) is None  # noqa: B023
+        assert as_problem(lambda: gymnasium.make(name), options).difference(as_problem(name, options)) is None  # noqa: B023  # called at once

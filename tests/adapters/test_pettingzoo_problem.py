@@ -113,7 +113,7 @@ def test_agents_that_were_not_listed_are_named() -> None:
     message = "agents must be among the possible_agents, west, east; got 'north'"
     env = Meeting()
     env.observation_spaces["north"] = env.action_spaces["north"] = spaces.Discrete(5)
-    env.observe = lambda agent: 0  # type: ignore[method-assign]
+    env.observe = lambda agent: 0  # type: ignore[method-assign]  # north observes, too
     world = world_of(env)
     env.possible_agents.append("north")
     step_together(world.arrays, True)

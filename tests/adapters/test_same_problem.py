@@ -74,7 +74,7 @@ def test_what_differs_in_an_environment_is_named(difference: str) -> None:
 def test_agents_are_compared_by_name_order_and_spaces() -> None:
     turned, renamed, wider = Meeting(), Meeting(), Meeting()
     turned.possible_agents.reverse()
-    wider.action_space = lambda agent: spaces.Discrete(3 if agent == "east" else 2)  # type: ignore[method-assign]
+    wider.action_space = lambda agent: spaces.Discrete(3 if agent == "east" else 2)  # type: ignore[method-assign]  # another space, as is meant
     del renamed.possible_agents[1]
     for wrong, difference in ((turned, "was west, east; got east, west"), (renamed, "was west, east; got west")):
         with pytest.raises(ParameterError, match=f"saved with: agents {difference}"):

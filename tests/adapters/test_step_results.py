@@ -247,9 +247,9 @@ def test_a_joint_table_takes_bins_by_agent(learn: Callable[[Any], Any], tmp_path
 
 def test_attributes_named_like_ours_do_not_matter() -> None:
     env = Told()
-    env.mdp = np.zeros((2, 3))  # type: ignore[attr-defined]
-    env.P = {s: {a: {0: 0.5, 1: 0.5} for a in range(2)} for s in range(5)}  # type: ignore[attr-defined]
-    env.initial_state_distrib = np.full(5, 0.2)  # type: ignore[attr-defined]
+    env.mdp = np.zeros((2, 3))  # type: ignore[attr-defined]  # as users' environments may have
+    env.P = {s: {a: {0: 0.5, 1: 0.5} for a in range(2)} for s in range(5)}  # type: ignore[attr-defined]  # as users' environments may have
+    env.initial_state_distrib = np.full(5, 0.2)  # type: ignore[attr-defined]  # as users' environments may have
     assert QLearning(env, seed=0).problem.kind == "gymnasium"
-    env.P = np.full((5, 2, 5), 0.2)  # type: ignore[attr-defined]
+    env.P = np.full((5, 2, 5), 0.2)  # type: ignore[attr-defined]  # as users' environments may have
     assert QLearning(env, seed=0).problem.kind == "gymnasium"

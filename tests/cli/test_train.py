@@ -197,7 +197,7 @@ def test_numbers_can_follow_schedules(capsys: pytest.CaptureFixture[str]) -> Non
     assert status_of(*wanted, "10") == 0
     assert status_of(*wanted, "30", "--resume") == 0
     schedules = {"alpha": tuckerl.Harmonic(0.5, 9.0), "epsilon": tuckerl.Linear(0.2, 0.0, 20)}
-    learner: Any = tuckerl.QLearning("FrozenLake-v1", seed=0, **schedules)  # type: ignore[arg-type]
+    learner: Any = tuckerl.QLearning("FrozenLake-v1", seed=0, **schedules)  # type: ignore[arg-type]  # by name, as the command gives them
     assert np.array_equal(tuckerl.load("lake/agent.tuckerl").q, learner.learn(30).q)
     capsys.readouterr()
     assert status_of(*[text.replace("20)", "21)") for text in wanted], "30") == 2

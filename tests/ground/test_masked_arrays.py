@@ -59,8 +59,8 @@ PLACES: dict[str, Callable[[], Any]] = {
     "bins": lambda: space_encoder(Box(0, 1, (3,)), bins=masked(3, np.int64)),
     "edges": lambda: space_encoder(Box(0, 1, (1,)), bins=[masked(3)]),
     "an environment's mask": lambda: MaskReader(Discrete(3), Discrete(3))(0, {"action_mask": masked(3, np.int8)}),
-    "weights": lambda: shares(None, weights=lambda decomposition: masked(2)),  # type: ignore[arg-type]
-    "share": lambda: shares(None, share=lambda context: masked(2)),  # type: ignore[arg-type]
+    "weights": lambda: shares(None, weights=lambda decomposition: masked(2)),  # type: ignore[arg-type]  # a masked array is none, which is what is tested
+    "share": lambda: shares(None, share=lambda context: masked(2)),  # type: ignore[arg-type]  # a masked array is none, which is what is tested
 }
 
 

@@ -107,7 +107,7 @@ class Drifting(Ramp):
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         _, *result = super().step(action)
-        return np.array([self.rng.normal(), self.noise.random(), 7.0]), *result  # type: ignore[return-value]
+        return np.array([self.rng.normal(), self.noise.random(), 7.0]), *result  # type: ignore[return-value]  # a tuple of as many
 
 
 class DriftingTeam(World):
@@ -154,7 +154,7 @@ class MaskedRamp(Ramp):
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         observation, *others = super().step(action)
-        return {"observation": observation, "action_mask": np.arange(10) < 3}, *others  # type: ignore[return-value]
+        return {"observation": observation, "action_mask": np.arange(10) < 3}, *others  # type: ignore[return-value]  # a tuple of as many
 
 
 def test_a_box_may_lie_beside_a_mask() -> None:

@@ -212,7 +212,7 @@ def _episodes_are_equal(one: Any, other: Any) -> bool:
         return all(_episode(one, seed) == _episode(other, seed) for seed in range(_EPISODES))
     finally:
         random.setstate(before[0])
-        np.random.set_state(before[1])  # noqa: NPY002
+        np.random.set_state(before[1])  # noqa: NPY002  # as above
 
 
 def _episode(env: Any, seed: int) -> list[str]:
@@ -221,7 +221,7 @@ def _episode(env: Any, seed: int) -> list[str]:
     try:
         env.reset(seed=seed)  # which may make generators
         random.seed(seed)
-        np.random.seed(seed)  # noqa: NPY002
+        np.random.seed(seed)  # noqa: NPY002  # users' code draws from it
         seed_generators(own_generators(env).generators, np.random.SeedSequence(seed))
         seen = env.reset(seed=seed)
         moments.append(repr(seen[0]))
