@@ -46,6 +46,11 @@ class EpisodeHistory:
         return int(self.finished.max())
 
     @property
+    def capacity(self) -> int:
+        """Episodes that there is room for already."""
+        return self._steps.shape[1]
+
+    @property
     def in_sync(self) -> bool:
         """Whether no agent is ahead of another."""
         return self.episodes == self.most_episodes

@@ -70,9 +70,10 @@ class Trainer:
         if (episodes is None) == (steps is None):
             raise ParameterError(f"learn() takes either episodes or steps; got episodes={episodes} and steps={steps}")
         if episodes is not None:
-            n_episodes = check_int("episodes", episodes, 1)
-            check_memory("learning", history_parts(self._state.n_agents, n_episodes, self._state.schedules.n))
-            return Goal(history.episodes + n_episodes, _UNLIMITED)
+            goal = history.episodes + check_int("episodes", episodes, 1)
+            if goal > history.capacity:  # to ask what is free takes longer than a short episode
+                check_memory("learning", history_parts(self._state.n_agents, episodes, self._state.schedules.n))
+            return Goal(goal, _UNLIMITED)
         return Goal(_UNLIMITED, history.first_agent_steps + check_int("steps", steps, 1))
 
     def _is_done(self, goal: Goal) -> bool:
