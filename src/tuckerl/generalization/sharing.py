@@ -99,13 +99,18 @@ SHARING_RULES = {
 }
 
 
+def is_copy(mixture: FloatArray) -> bool:
+    """Return whether a mixture (N,) is one agent's table alone."""
+    return int(np.count_nonzero(mixture)) == 1
+
+
 def share_tables(q: FloatArray, mixture: FloatArray, states: IntArray | None) -> None:
     """Let every agent go on with the mixture of all (N, S, A) tables, updated in place.
 
     Where the `states` are known that differ between tables, only their rows are mixed.
     """
     rows: Any = slice(None) if states is None else states
-    if np.count_nonzero(mixture) == 1:
+    if is_copy(mixture):
         q[:, rows] = q[int(np.argmax(mixture)), rows]
     else:
         with np.errstate(over="ignore", invalid="ignore"):  # the end of the next window finds what is not finite

@@ -110,8 +110,9 @@ class Snapshots:
         """Return what stands for the rows that nobody ever touched: (at most A, A, N)."""
         n_states, n_actions = self._initial_q.shape
         n_untouched = n_states - self.states.size
-        if self._initial_q.strides == (0, 0):  # one number for every entry
-            value = float(self._initial_q[0, 0]) * unit
+        first = one_number(self._initial_q)
+        if first is not None:
+            value = first * unit
             n_rows = 1 if value != 0.0 and n_untouched else 0
             rows = np.full((n_rows, n_actions), value * np.sqrt(n_untouched))
         else:
@@ -153,3 +154,8 @@ def _apply(tensor: FloatArray, agent: int, position: IntArray, place: IntArray, 
                 for later in range(episode, tensor.shape[2]):
                     tensor[row, action, later, agent] = log.row[entry, action]
             entry += 1
+
+
+def one_number(table: FloatArray) -> float | None:
+    """Return the number that fills a table (S, A) at no cost, as it was broadcast; None where it has entries."""
+    return None if any(table.strides) else float(table[0, 0])

@@ -28,7 +28,14 @@ from tuckerl.errors import (
 )
 from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.generalization.loadings import Loadings, loadings_of, read_loadings
-from tuckerl.generalization.sharing import SHARING_RULES, ShareContext, ShareFunction, SharingRule, custom_sharing
+from tuckerl.generalization.sharing import (
+    SHARING_RULES,
+    ShareContext,
+    ShareFunction,
+    SharingRule,
+    custom_sharing,
+    is_copy,
+)
 from tuckerl.generalization.snapshots import Snapshots
 from tuckerl.generalization.step_history import TensorStepHistory, empty_history
 from tuckerl.generalization.weights import WEIGHTINGS, WeightFunction, Weighting, custom_weighting
@@ -321,8 +328,7 @@ class TensorStepState:
     def _remember(
         self, episode: int, weights: FloatArray, mixture: FloatArray | None, *, fit: float, ranks: tuple[int, ...]
     ) -> None:
-        copied = mixture is not None and np.count_nonzero(mixture) == 1
-        chosen = int(np.argmax(mixture)) if mixture is not None and copied else -1
+        chosen = int(np.argmax(mixture)) if mixture is not None and is_copy(mixture) else -1
         self._history.append((episode, weights.copy(), chosen, fit, ranks))
 
 

@@ -15,6 +15,7 @@ ALPHA = 0
 AFTER_EPISODE, AT_ONCE = 1, 2
 """When a kernel is to return: at the end of the episode; or at once, and all since the call began is undone."""
 
+_LONGEST_TRAJECTORY = 1_000_000  # steps of the latest episode that are kept
 _LOW_BITS = 2**16 - 1  # of a count of steps: where all are set, Python is asked
 
 
@@ -111,3 +112,8 @@ def must_stop(record: EpisodeRecord, n_done: int) -> bool:
     if is_rare(n_done & _LOW_BITS == _LOW_BITS) and record.listen != 0:
         call_python(record.listen, 0)
     return is_rare(record.stop[0] == AT_ONCE)
+
+
+def trajectory_length(max_episode_steps: int | None) -> int:
+    """Return how many states of an episode are kept, with such a limit or none."""
+    return min(max_episode_steps or _LONGEST_TRAJECTORY, _LONGEST_TRAJECTORY) + 1

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from tuckerl.errors import ImmutableError, ParameterError, SavedFileError
-from tuckerl.generalization.sharing import share_tables
+from tuckerl.generalization.sharing import is_copy, share_tables
 from tuckerl.saved_arrays import SavedArrays, grouped
 from tuckerl.types import FloatArray, IntArray
 
@@ -185,18 +185,18 @@ def share_state(
     initial_q : (S, A) float64
     """
     heaviest = int(np.argmax(mixture))
-    is_copy = np.count_nonzero(mixture) == 1
+    one_agent = is_copy(mixture)
     if declaration.share == "none":
         return
     if isinstance(declaration, DeclaredRecord):
         for agent, record in enumerate(values):
-            if not is_copy:
+            if not one_agent:
                 record.clear()
             elif agent != heaviest:  # each gets copies of its own, which a record may keep as they are
                 record.set_arrays(SavedArrays.of(values[heaviest].to_arrays()))
         return
     if declaration.share in ("heaviest", "copied"):
-        source = values[heaviest] if is_copy or declaration.share == "heaviest" else declaration.create(initial_q)
+        source = values[heaviest] if one_agent or declaration.share == "heaviest" else declaration.create(initial_q)
         for array in values:
             if array is not source:
                 array[...] = source
@@ -204,7 +204,7 @@ def share_state(
     rows: Any = states if states is not None and declaration.is_shared_by_rows else slice(None)
     tables = np.stack([array[rows] for array in values])
     share_tables(tables, mixture, None)
-    if declaration.share == "by_row" and not is_copy:
+    if declaration.share == "by_row" and not one_agent:
         np.maximum(tables, 0.0, out=tables)
         sums = tables.sum(axis=-1, keepdims=True)
         tables /= np.where(sums > 0.0, sums, 1.0)  # a row of zeros is no distribution, and stays

@@ -14,8 +14,8 @@ import numpy as np
 from tuckerl.generalization.step import TensorStep
 from tuckerl.memory import Part, available_memory
 from tuckerl.problems.problem import Problem
+from tuckerl.training.agent_arrays import trajectory_length
 from tuckerl.training.declared_state import Declaration, DeclaredArray
-from tuckerl.training.training_state import LONGEST_TRAJECTORY
 
 _FLOAT = 8
 _PER_AGENT = 8192  # streams, records and what Python keeps of an agent; measured with a learner of 10,000 agents
@@ -31,10 +31,10 @@ def learner_parts(
     n_states, n_actions = problem.n_states, problem.n_actions
     table = n_agents * n_states * n_actions * _FLOAT
     advice = FEWER_STATES if n_states * n_actions > n_agents else FEWER_AGENTS
-    longest = min(problem.max_episode_steps or LONGEST_TRAJECTORY, LONGEST_TRAJECTORY)
+    n_kept = trajectory_length(problem.max_episode_steps)
     parts = [
         Part("Q-tables", table, advice),
-        Part("trajectories", n_agents * 2 * (longest + 1) * _FLOAT, f"{FEWER_AGENTS}, or set max_episode_steps"),
+        Part("trajectories", n_agents * 2 * n_kept * _FLOAT, f"{FEWER_AGENTS}, or set max_episode_steps"),
         Part("what is kept to undo an episode", n_agents * _undo_bytes(problem, declarations), advice),
         Part("agents", n_agents * (_PER_AGENT + n_actions * _FLOAT), FEWER_AGENTS),
         Part("worlds", (1 if problem.shares_world else n_agents) * problem.world_bytes, advice),

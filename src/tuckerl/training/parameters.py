@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from tuckerl.checks import check_flag, check_real
 from tuckerl.errors import LearnerError, ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.answers import real_array
+from tuckerl.generalization.snapshots import one_number
 from tuckerl.generalization.step import TensorStep
 from tuckerl.problems.problem import Problem
 from tuckerl.training.habits import word_to_use
@@ -140,8 +141,8 @@ def given_parameters(learner: "Learned") -> dict[str, Any]:
         If the learner has not kept a parameter, or takes no seed.
     """
     values, taken = kept_parameters(learner), keywords_of(type(learner))
-    if "initial_q" in values and not any(values["initial_q"].strides):  # one number, which fills the table at no cost
-        values["initial_q"] = float(values["initial_q"][0, 0])
+    if "initial_q" in values and (first := one_number(values["initial_q"])) is not None:
+        values["initial_q"] = first
     check_takes_seed(type(learner))
     own = {"tensor_step": learner.tensor_step, "seed": learner.seed_sequence}
     return values | {name: value for name, value in own.items() if name in taken}

@@ -17,6 +17,7 @@ from tuckerl._version import __version__
 from tuckerl.adapters.kinds import restore_problem, save_problem
 from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import ParameterError, SavedFileError
+from tuckerl.generalization.snapshots import one_number
 from tuckerl.generalization.step import TensorStep
 from tuckerl.rng import restore_generator
 from tuckerl.saved_arrays import SavedArrays, grouped
@@ -118,8 +119,9 @@ def save(learner: "Learner", state: TrainingState, prediction_rng: np.random.Gen
     problem_header, problem_arrays = save_problem(learner.problem)
     parameters = {name: to_json(name, value) for name, value in plain_parameters(learner).items()}
     arrays = _array_parameters(learner)
-    if "initial_q" in arrays and not any(learner.initial_q.strides):  # one number, which stands for the whole table
-        parameters["initial_q"] = float(arrays.pop("initial_q").flat[0])
+    if "initial_q" in arrays and (first := one_number(arrays["initial_q"])) is not None:
+        parameters["initial_q"] = first
+        del arrays["initial_q"]
     header = {
         "tuckerl": __version__,
         "learner": class_name(type(learner)),

@@ -24,7 +24,7 @@ from tuckerl.generalization.step import TensorStep, TensorStepState
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
 from tuckerl.saved_arrays import SavedArrays, grouped
-from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord
+from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, trajectory_length
 from tuckerl.training.declared_state import (
     Arrays,
     Declaration,
@@ -41,8 +41,6 @@ from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.rules import Rules
 from tuckerl.training.schedules import ScheduleValues, read_past
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
-
-LONGEST_TRAJECTORY = 1_000_000  # states of the latest episode that are kept
 
 MakeAlgorithmState = Callable[[Mapping[str, Any], FloatArray], Any]
 """From an agent's declared arrays by name and the algorithm's scheduled numbers to what its kernels read."""
@@ -101,8 +99,7 @@ class TrainingState:
         self.schedules = ScheduleValues({})
         self.step_sizes: FloatArray = np.zeros((n_agents, n_actions))
         self.streams = [stream(child(sequence, agent)) for agent in range(n_agents)]
-        longest = min(max_episode_steps or LONGEST_TRAJECTORY, LONGEST_TRAJECTORY)
-        self._trajectory: IntArray = np.zeros((n_agents, 2, longest + 1), dtype=np.int64)
+        self._trajectory: IntArray = np.zeros((n_agents, 2, trajectory_length(max_episode_steps)), dtype=np.int64)
         window = tensor_step.every if tensor_step is not None and tensor_step.needs_decomposition else 0
         self.logs: tuple[ChangeLog, ...] = tuple(empty_log(n_states, n_actions, window) for _ in range(n_agents))
         self._kept: dict[int, _Kept] = {}
