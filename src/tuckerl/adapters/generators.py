@@ -5,7 +5,6 @@ generator of its own. No seed of a reset reaches these, unless the environment p
 """
 
 import random
-import warnings
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import lru_cache
@@ -17,7 +16,7 @@ import gymnasium
 import numpy as np
 
 from tuckerl.adapters.seeding import generator_of
-from tuckerl.errors import ResumeWarning, SavedFileError
+from tuckerl.errors import ResumeWarning, SavedFileError, warn
 from tuckerl.rng import (
     AnyGenerator,
     child,
@@ -104,11 +103,10 @@ class OwnGenerators:
         states = {place: generator_as_json(own) for place, own in self._found().items()} if self._has_begun else {}
         if self.reason is not None and not self._is_told:
             self._is_told = True
-            warnings.warn(
+            warn(
                 f"a learner on {self._source} cannot go on from a file to the last bit: {self.reason}; draw from "
                 "self.np_random after super().reset(seed=seed)",
                 ResumeWarning,
-                stacklevel=2,
             )
         return states
 
