@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+import numpy as np
 from llvmlite import ir
 from numba import types as numba_types
 from numba.core import config as numba_config
@@ -157,6 +158,13 @@ def kernel(function: _Function) -> _Function:
             compiled._cache = _OurCache(function)
     kept: _Function = compiled
     return kept
+
+
+def wraps_around(function: _Function) -> _Function:
+    """Let a kernel's whole numbers wrap around unnoticed where it is interpreted, too: NumPy would warn of it."""
+    silent: Any = np.errstate(over="ignore")
+    wrapped: _Function = silent(function) if _INTERPRETED else function
+    return wrapped
 
 
 def recompiled(function: Callable[..., Any]) -> Callable[..., Any]:

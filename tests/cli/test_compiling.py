@@ -17,7 +17,7 @@ def compile_something() -> None:
     more(1.0)
 
 
-@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
+@pytest.mark.compiled
 def test_compiling_is_said_on_a_terminal_only(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -44,7 +44,7 @@ with compiling_said():
 
 
 @pytest.mark.long
-@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="nothing is compiled")
+@pytest.mark.compiled
 def test_compiling_is_said_by_the_first_process_alone(tmp_path: Path) -> None:
     said = []
     for _ in range(2):

@@ -25,18 +25,18 @@ class Change(NamedTuple):
         """Return the changed text of the file."""
         return text[: self.start] + self.new + text[self.end :]
 
+    def is_python(self, text: str) -> bool:
+        """Return whether the changed text can be compiled."""
+        try:
+            compile(self.applied(text), "", "exec")
+        except SyntaxError:
+            return False
+        return True
+
 
 def changes(text: str) -> list[Change]:
-    """Return every change of a file that is still Python, in order."""
-    return [change for change in _Finder(text).found if _compiles(change.applied(text))]
-
-
-def _compiles(text: str) -> bool:
-    try:
-        compile(text, "", "exec")
-    except SyntaxError:
-        return False
-    return True
+    """Return every change of a file, in order."""
+    return _Finder(text).found
 
 
 class _Finder(ast.NodeVisitor):

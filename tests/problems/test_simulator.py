@@ -105,6 +105,7 @@ def test_a_time_limit_ends_episodes(slippery: Simulator) -> None:
         assert play(slippery.with_time_limit(limit).world().arrays, 5, rng()) == (5 * limit, -5.0 * limit)
 
 
+@pytest.mark.compiled
 def test_one_compiled_kernel_plays_all_simulators(slippery: Simulator) -> None:
     for simulator in (slippery, line(slip=0.3), cart_pole(), cart_pole(reward="sign")):
         play(simulator.world().arrays, 1, rng())
@@ -196,6 +197,7 @@ def _id(value: object) -> str:
     return getattr(value, "__name__", str(value))
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(
     ("role", "function", "message"),
     [
@@ -304,6 +306,7 @@ def raising_index(parameters: Any, state: Any) -> int:
 THIRD = r"after step 3 of an episode \(action \d in state 2\)"
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -365,6 +368,7 @@ print(hits, own.reset.cache_hits, own.step.cache_hits, own.index.cache_hits)
 """
 
 
+@pytest.mark.compiled
 def test_a_second_process_compiles_only_users_functions(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)

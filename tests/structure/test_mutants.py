@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.mutants.__main__ import ROOT, equivalents, sampled
+from tests.mutants.__main__ import ROOT, Mutant, equivalents, likeliest, sampled
 from tests.mutants.changes import changes
+from tests.mutants.record import RecordedTest, function_at, recorded_in
 
 TEXT = '''"""A docstring, with 3 and not."""
 
@@ -49,7 +50,53 @@ def test_a_sample_is_of_all_folders_and_every_change_is_python() -> None:
     assert len({mutant.folder for mutant in drawn}) >= 13
     assert len({mutant.change.kind for mutant in drawn}) >= 8
     for mutant in drawn:
+        assert mutant.change.is_python(mutant.text)
         assert ast.dump(ast.parse(mutant.change.applied(mutant.text))) != ast.dump(ast.parse(mutant.text))
+
+
+def test_a_change_is_shown_with_the_whole_lines_that_it_is_in() -> None:
+    text = "call(\n    first,\n    second,\n)\n"
+    (swapped,) = (change for change in changes(text) if change.kind == "swapped")
+    assert Mutant(Path("one.py"), text, swapped).lines() == ("first,\nsecond,", "second,\nfirst,")
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [(1, ""), (3, "total"), (7, "total"), (11, "total.<locals>.inner"), (14, "Kind.method"), (15, "Kind"), (16, "")],
+)
+def test_the_function_of_a_line(line: int, name: str) -> None:
+    text = TEXT.removesuffix("    return result * 2\n") + (
+        "    def inner(number: int = 3) -> int:\n        return number\n    return inner()\n"
+        "class Kind:\n    def method(self) -> None: ...\n    constant = 3\nother = 3\n"
+    )
+    assert function_at("one.py", text, line) == f"one.py:{name}"
+
+
+def test_a_record_tells_what_was_running_when_time_ran_out(tmp_path: Path) -> None:
+    (tmp_path / "record").write_text(
+        '["a::x", "unfinished", 0, []]\n["a::x", "passed", 1.5, ["b.py:f"]]\n["a::y", "unfinished", 0, []]\n'
+    )
+    assert recorded_in(tmp_path / "record") == [
+        RecordedTest("a::x", "passed", 1.5, frozenset({"b.py:f"})),
+        RecordedTest("a::y", "unfinished", 0, frozenset()),
+    ]
+
+
+def test_the_likeliest_tests_come_first() -> None:
+    text = "def f() -> int:\n    return 1 + 2\n\ndef g() -> int:\n    return 3\n"
+    file = "src/tuckerl/tensor/one.py"
+    f, g = (next(one for one in changes(text) if one.line == line) for line in (2, 5))
+    tests = [
+        RecordedTest("tests/cli/test_slow.py::a", "passed", 90.0, frozenset({f"{file}:f"})),
+        RecordedTest("tests/cli/test_quick.py::a", "passed", 2.0, frozenset({f"{file}:f", "src/tuckerl/rng.py:g"})),
+        RecordedTest("tests/cli/test_slow.py::b", "passed", 5.0, frozenset({f"{file}:f"})),
+        RecordedTest("tests/tensor/test_one.py::a", "passed", 9.0, frozenset({f"{file}:f"})),
+        RecordedTest("tests/tensor/test_other.py::a", "passed", 1.0, frozenset({"src/tuckerl/tensor/other.py:f"})),
+    ]
+    tensor, quick, slow, second = tests[3], tests[1], tests[0], tests[2]
+    assert likeliest(Mutant(Path(file), text, f), tests, seconds=100.0) == [tensor, quick, slow, second]
+    assert likeliest(Mutant(Path(file), text, f), tests, seconds=10.0) == [tensor, quick]
+    assert likeliest(Mutant(Path(file), text, g), tests, seconds=10.0) == [tensor, quick], "nothing calls g itself"
 
 
 @pytest.mark.parametrize("entry", equivalents(), ids=lambda entry: f"{entry['file']}: {entry['after']}")
