@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 
 from tuckerl._jit import kernel, wraps_around
-from tuckerl.checks import check_int
-from tuckerl.errors import SavedFileError
+from tuckerl.checks import check_int, shown
+from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.types import Seed, Stream, UInt64Array
+
+_MOST_SEED = 2**4096 - 1  # files hold it as text, and Python writes no whole number of some thousand digits
 
 
 def seed_sequence(seed: Seed) -> np.random.SeedSequence:
@@ -23,11 +25,14 @@ def seed_sequence(seed: Seed) -> np.random.SeedSequence:
     Raises
     ------
     ParameterError, ParameterTypeError
-        If the seed is negative or neither an int nor a SeedSequence nor None.
+        If the seed is negative, or has more than 4096 bits, or is neither an int nor a SeedSequence nor None.
     """
     if isinstance(seed, np.random.SeedSequence):
         return seed
-    return np.random.SeedSequence(None if seed is None else check_int("seed", seed, 0))
+    number = None if seed is None else check_int("seed", seed, 0)
+    if number is not None and number > _MOST_SEED:
+        raise ParameterError(f"seed must have at most 4096 bits; got {shown(number)}")
+    return np.random.SeedSequence(number)
 
 
 def child(sequence: np.random.SeedSequence, *key: int) -> np.random.SeedSequence:

@@ -508,12 +508,12 @@ def test_agents_that_stay_after_their_end_are_not_looked_at(part: int) -> None:
 
 @pytest.mark.parametrize("env", [gymnasium.make("FrozenLake-v1"), "tuckerl/RobotRescue-v0", None, Meeting])
 def test_only_parallel_environments_are_joined(env: Any) -> None:
-    with pytest.raises(ParameterTypeError, match=r"env must be a PettingZoo parallel environment .*; got"):
+    with pytest.raises(ParameterTypeError, match="env must be a PettingZoo parallel environment; got"):
         JointEnv(env)
 
 
 def test_an_environment_that_moves_agent_by_agent_is_refused_with_the_way_out() -> None:
-    with pytest.raises(ParameterTypeError, match="aec_to_parallel turns one that moves agent by agent into one"):
+    with pytest.raises(ParameterTypeError, match=r"moves agent by agent: .*aec_to_parallel makes a parallel"):
         JointEnv(parallel_to_aec(Meeting()))
 
 

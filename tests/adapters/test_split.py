@@ -14,7 +14,7 @@ from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, see
 from pettingzoo.utils import parallel_to_aec
 
 from tests.adapters.parallel_worlds import Dice, Leaving, Masked, MaskedInObservation, Meeting, Unequal, altered
-from tuckerl import JointEnv, SplitEnv
+from tuckerl import JointEnv, QLearning, SplitEnv
 from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError, ProblemError
 
 
@@ -130,6 +130,42 @@ def test_every_agent_is_given_its_part() -> None:
     assert infos["binary"] == {"total": 11}
     assert env.step({"binary": np.array([0]), "plus": 1})[2] == {"plus": True, "binary": True}
     assert env.agents == []
+
+
+class Told(Sum):
+    """Returns from steps, in the places given, what it is told to."""
+
+    def __init__(self, **told: Any) -> None:
+        self.told = told
+
+    def step(self, action: Any) -> Any:
+        observation, reward, terminated, truncated, info = super().step(action)
+        parts = {"reward": reward, "terminated": terminated, "truncated": truncated} | self.told
+        return observation, *parts.values(), info
+
+
+@pytest.mark.parametrize("rewards", [(1.0, 2.0), [1, 2], np.array([1.0, 2.0], np.float32)])
+def test_every_agent_is_paid_its_own_where_there_is_one_for_each(rewards: Any) -> None:
+    env = SplitEnv(Told(reward=rewards), ["plus", "binary"])
+    learner = QLearning(env, seed=0).learn(1)
+    assert learner.returns[0, 1] == 2 * learner.returns[0, 0] == 2 * learner.steps[0, 0]
+
+
+@pytest.mark.parametrize(
+    ("told", "message"),
+    [
+        ({"reward": [1.0, 2.0, 3.0]}, r"a reward must be one number; the environment paid \[1.0, 2.0, 3.0\]"),
+        ({"reward": [1.0, [2.0]]}, r"a reward must be one number; the environment paid \[2.0\]"),
+        ({"reward": "1"}, "a reward must be one number; the environment paid '1'"),
+        ({"terminated": [False, False]}, "`terminated` must be True or False"),
+        ({"truncated": np.nan}, "`truncated` must be True or False"),
+    ],
+)
+def test_what_no_step_returns_is_named(told: dict[str, Any], message: str) -> None:
+    env = SplitEnv(Told(**told))
+    env.reset(seed=0)
+    with pytest.raises(ProblemError, match=message):
+        env.step({"agent_0": 1, "agent_1": np.array([1])})
 
 
 @pytest.mark.parametrize("make", [Masked, MaskedInObservation])

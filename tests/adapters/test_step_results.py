@@ -77,7 +77,10 @@ WRONG_STEPS: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "one value": ({"step": 3}, r"step must return \(observation, reward, terminated, truncated, info\); it returned 3"),
     "no value": ({"step": None}, "failed"),
-    "a vector": ({"reward": np.ones(2)}, r"a reward must be one number; .* paid array\(\[1\., 1\.\]\).*LinearReward"),
+    "a vector": (
+        {"reward": np.ones(2)},
+        r"must be one number; .*paid array\(\[1\., 1\.\]\).*TransformReward\(env, sum\).*Linear",
+    ),
     "a dict": ({"reward": {"a": 1.0}}, "a reward must be one number; .*LinearReward"),
     "text": ({"reward": "1"}, "a reward must be one number; the environment paid '1'"),
     "nothing": ({"reward": None}, "a reward must be one number; the environment paid None"),

@@ -75,3 +75,7 @@ def test_seeds() -> None:
         seed_sequence(-1)
     with pytest.raises(ParameterTypeError, match=r"seed must be .* got 1\.5"):
         seed_sequence(1.5)  # type: ignore[arg-type]
+    assert seed_sequence(2**4096 - 1).entropy == 2**4096 - 1
+    for too_long, got in ((2**4096, "10443888"), (10**5000, r"about 10\^5000")):
+        with pytest.raises(ParameterError, match=f"seed must have at most 4096 bits; got {got}"):
+            seed_sequence(too_long)

@@ -390,6 +390,12 @@ def test_sequences_and_mappings_of_other_kinds() -> None:
         (Discrete(3), None, 10**30, "got 1000000"),
         (Discrete(3), None, None, "got None"),
         (Discrete(3), None, "1", "got '1' of type str"),
+        (
+            MultiBinary(3),
+            None,
+            [1, 2, 0],
+            r"must be an array of zeros and ones of shape \(3,\), as in MultiBinary\(3\)",
+        ),
         (MultiDiscrete([2, 3]), None, np.array([2, 0]), r"whole numbers of shape \(2,\), as in MultiDisc.*; got array"),
         (MultiDiscrete([2, 3], start=[1, 1]), None, np.array([1, 0]), r"got array\(\[1, 0\]\)"),
         (MultiDiscrete([2, 3]), None, np.array([1, 0, 0]), r"got array\(\[1, 0, 0\]\)"),

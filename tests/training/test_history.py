@@ -36,6 +36,7 @@ def test_steps_are_counted_anew_in_every_call() -> None:
     assert learner.learn(steps=4).episodes == 4  # 3 + 1 more
     assert learner.learn(steps=1).episodes == 5
     assert learner.learn(1).episodes == 6
+    assert learner.learn(steps=10**30, callbacks=[lambda _: False]).episodes == 100  # stopped at the first window
 
 
 def test_of_agents_in_one_world_the_worlds_steps_count() -> None:

@@ -144,6 +144,7 @@ def test_wrong_numbers_of_episodes(episodes: Any, error: type[TuckerlError]) -> 
         (-1, ParameterError, "a state from 0 to 4; got -1"),
         ([0, 7], ParameterError, r"got \[0, 7\]"),
         (0.0, ParameterTypeError, "a state's number; got 0.0"),
+        pytest.param(10**5000, ParameterTypeError, r"got about 10\^5000", id="more digits than Python writes"),
         ("left", ParameterTypeError, "got 'left'"),
         (True, ParameterTypeError, "got True"),
     ],

@@ -14,7 +14,7 @@ from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from tuckerl.adapters.making import TURNS
+from tuckerl.adapters.making import way_out
 from tuckerl.adapters.masks import MASK, MaskReader
 from tuckerl.adapters.step_results import as_flag, check_reward, reset_result, step_result
 from tuckerl.checks import check_name, shown
@@ -82,7 +82,7 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
 
     def __init__(self, env: ParallelEnv, reward: str = "mean") -> None:
         if not isinstance(env, ParallelEnv):
-            raise ParameterTypeError(f"env must be a PettingZoo parallel environment ({TURNS}); got {shown(env)}")
+            raise ParameterTypeError(f"env must be a PettingZoo parallel environment; got {shown(env)}{way_out(env)}")
         self.env = env
         self.possible_agents = agents_of(env)
         if reward not in self.possible_agents:

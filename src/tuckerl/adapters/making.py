@@ -56,7 +56,7 @@ def made_of(env: Any, name: str) -> tuple[Any, Callable[[], Any] | None]:
     made = env if make is None else make()
     if isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
         return made, make
-    hint = _hint(made)
+    hint = way_out(made)
     if make is not None:
         raise ParameterTypeError(
             "the callable must make a Gymnasium environment or a PettingZoo parallel environment; it made "
@@ -69,13 +69,13 @@ def made_of(env: Any, name: str) -> tuple[Any, Callable[[], Any] | None]:
 
 
 TURNS = (
-    "pettingzoo.utils.aec_to_parallel turns one that moves agent by agent into one, turn_based_aec_to_parallel where "
-    "only one agent acts at a time"
+    "pettingzoo.utils.aec_to_parallel makes a parallel environment of it, or turn_based_aec_to_parallel where only one "
+    "agent acts at a time"
 )
 
 
-def _hint(made: Any) -> str:
-    """Return what to do with an environment of another kind."""
+def way_out(made: Any) -> str:
+    """Return what to do with an environment of another kind, as the end of a sentence."""
     if isinstance(made, pettingzoo.AECEnv):
         return f", which moves agent by agent: {TURNS}"
     if isinstance(made, gymnasium.vector.VectorEnv) or hasattr(made, "num_envs"):

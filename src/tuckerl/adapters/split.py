@@ -7,12 +7,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium
+import numpy as np
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from pettingzoo import ParallelEnv
 
 from tuckerl.adapters.joint import INFOS
 from tuckerl.adapters.masks import MASK
+from tuckerl.adapters.step_results import as_flag, check_reward, step_result
 from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError, ProblemError
 
 Space = gymnasium.Space[Any]
@@ -22,7 +24,8 @@ Step = tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool],
 class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any to the type checker
     """A Gymnasium environment over joint observations and actions as a PettingZoo parallel environment.
 
-    The inverse of :class:`JointEnv`: every agent receives the one reward, and all leave together.
+    The inverse of :class:`JointEnv`: every agent receives the one reward, or its own where the environment pays a
+    sequence with one for each, and all leave together.
 
     Parameters
     ----------
@@ -109,6 +112,8 @@ class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any 
             If it is not one action for each agent.
         ObservationError
             If the observation has not one part for each agent.
+        ProblemError
+            If the environment returns anything else than Gymnasium asks for, or rewards of another number.
         """
         agents = self.agents
         if not agents:
@@ -116,14 +121,15 @@ class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any 
         if set(actions) != set(agents):
             raise ParameterError(f"actions must name {', '.join(agents)}; got {actions!r}")
         joint = tuple(actions[agent] for agent in agents)
-        observation, reward, terminated, truncated, info = self.env.step(joint)
+        observation, reward, *ends, info = step_result(self.env.step(joint))
+        terminated, truncated = map(as_flag, ("terminated", "truncated"), ends)
         if terminated or truncated:
             self.agents = []
         return (
             self._observations(observation),
-            dict.fromkeys(agents, float(reward)),
-            dict.fromkeys(agents, bool(terminated)),
-            dict.fromkeys(agents, bool(truncated)),
+            self._rewards(agents, reward),
+            dict.fromkeys(agents, terminated),
+            dict.fromkeys(agents, truncated),
             self._infos(info),
         )
 
@@ -142,6 +148,13 @@ class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any 
                 f"got {observation!r}"
             )
         return dict(zip(self.possible_agents, observation, strict=True))
+
+    def _rewards(self, agents: Sequence[str], reward: Any) -> dict[str, float]:
+        paid = reward.tolist() if isinstance(reward, np.ndarray) else reward
+        rewards = paid if isinstance(paid, (tuple, list)) and len(paid) == len(agents) else [paid] * len(agents)
+        for one in rewards:
+            check_reward(one)
+        return dict(zip(agents, map(float, rewards), strict=True))
 
     def _infos(self, info: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         shared, infos, masks = dict(info), info.get(INFOS), info.get(MASK)

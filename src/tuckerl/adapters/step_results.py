@@ -102,7 +102,8 @@ def check_reward(reward: Any) -> None:
     if not is_number:
         raise ProblemError(
             f"a reward must be one number; the environment paid {shown(reward)}: where it pays several, make one of "
-            "them, for example with mo_gymnasium.wrappers.LinearReward(env, weight)"
+            "them, for example with gymnasium.wrappers.TransformReward(env, sum) or "
+            "mo_gymnasium.wrappers.LinearReward(env, weight)"
         )
 
 

@@ -125,10 +125,6 @@ class RescueMap:
         row, column = divmod(int(number), self.columns)
         return row, column
 
-    def is_free(self, cell: Cell) -> bool:
-        """Return whether a cell is on the map and no obstacle."""
-        return 0 <= cell[0] < self.rows and 0 <= cell[1] < self.columns and not self.obstacles[cell]
-
 
 def as_rescue_map(given: RescueMap | str | Sequence[str] | None) -> RescueMap:
     """Return the map `given`: itself, by its text or its rows; the default one for None."""

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, NotRequired, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tuckerl.checks import check_int, refuse_mask
+from tuckerl.checks import check_int, refuse_mask, shown
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.types import FloatArray
 
@@ -196,7 +196,7 @@ def check_states(observation: Any, n_states: int) -> NDArray[Any]:
         if isinstance(observation, Mapping):  # of agents whose joint transitions were extracted
             hint = ": pass the joint state's, such as env.state(), or learn with compiled=False to pass what agents "
             hint += "observe"
-        raise ParameterTypeError(f"an observation must be a state's number; got {observation!r}{hint}")
+        raise ParameterTypeError(f"an observation must be a state's number; got {shown(observation)}{hint}")
     if states.size and (states.min() < 0 or states.max() >= n_states):
-        raise ParameterError(f"an observation must be a state from 0 to {n_states - 1}; got {observation!r}")
+        raise ParameterError(f"an observation must be a state from 0 to {n_states - 1}; got {shown(observation)}")
     return states

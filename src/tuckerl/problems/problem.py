@@ -321,7 +321,10 @@ class Problem(Described):
 
 def not_the_saved(path: Path, difference: str) -> ParameterError:
     """Return the error of an environment that differs from the one that a learner was saved with."""
-    return ParameterError(f"env must be the one that {path} was saved with: {difference}")
+    return ParameterError(
+        f"env must be the one that {path} was saved with: {difference}. On another one, evaluate(env=...) judges what "
+        "was learned, and initial_q= of a new learner begins with its table"
+    )
 
 
 def joint_names(names_by_agent: Sequence[Sequence[str]]) -> tuple[str, ...]:

@@ -207,6 +207,7 @@ class WholeNumberEncoder(ArrayEncoder):
             self._expected = f"a whole number from {self._lows[0]} to {highs[0]}"
         if isinstance(space, MultiBinary):  # which contains any array of zeros and ones
             self._kinds = "biuf"
+            self._expected = "an array of zeros and ones"
         self.encode = self._encoder()
 
     def _encoder(self) -> EncodeFunction:

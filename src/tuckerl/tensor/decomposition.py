@@ -20,7 +20,6 @@ References
 """
 
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -29,7 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tuckerl.checks import check_int, check_real, refuse_mask
-from tuckerl.errors import ParameterTypeError, RankWarning, TensorError
+from tuckerl.errors import ParameterTypeError, RankWarning, TensorError, warn
 from tuckerl.interrupts import is_impatient
 from tuckerl.tensor.modes import Floats, fold, multiply_mode, unfold
 from tuckerl.tensor.ranks import Ranks, check_ranks, clip_ranks
@@ -141,11 +140,10 @@ def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations
     max_iterations = check_int("max_iterations", max_iterations, low=0)
     result = decompose(tensor, asked, tol, max_iterations)
     if result.ranks != asked:
-        warnings.warn(
+        warn(
             f"ranks {asked} were asked of a tensor of shape {tensor.shape} and {result.ranks} used: a rank is "
             "at most its mode's size, its mode's numerical rank and the product of the other ranks; ask for less",
             RankWarning,
-            stacklevel=2,
         )
     return result
 

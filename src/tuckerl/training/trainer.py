@@ -74,7 +74,7 @@ class Trainer:
             if goal > history.capacity:  # to ask what is free takes longer than a short episode
                 check_memory("learning", history_parts(self._state.n_agents, episodes, self._state.schedules.n))
             return Goal(goal, _UNLIMITED)
-        return Goal(_UNLIMITED, history.first_agent_steps + check_int("steps", steps, 1))
+        return Goal(_UNLIMITED, min(_UNLIMITED, history.first_agent_steps + check_int("steps", steps, 1)))
 
     def _is_done(self, goal: Goal) -> bool:
         history = self._state.history
