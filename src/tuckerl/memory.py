@@ -20,8 +20,11 @@ class Part(NamedTuple):
     advice: str  # what to change where this is too much
 
 
+_FEW_BYTES = 2**20  # less is taken without a question: to read what is free takes as long as many a short episode
+
+
 def check_memory(what: str, parts: Sequence[Part]) -> None:
-    """Refuse what needs more memory than is free.
+    """Refuse what needs more memory than is free; about a mebibyte or less nobody asks.
 
     Parameters
     ----------
@@ -35,8 +38,8 @@ def check_memory(what: str, parts: Sequence[Part]) -> None:
     TableSizeError
         If that is so: it names the parts, largest first, and what to change about the largest.
     """
-    needed, free = sum(part.n_bytes for part in parts), available_memory()
-    if needed <= free:
+    needed = sum(part.n_bytes for part in parts)
+    if needed <= _FEW_BYTES or needed <= (free := available_memory()):
         return
     largest = sorted((part for part in parts if part.n_bytes), key=lambda part: -part.n_bytes)
     listed = ", ".join(f"{part.name} {in_bytes(part.n_bytes)}" for part in largest[:4])

@@ -78,14 +78,14 @@ def test_what_does_not_fit_is_refused_before_it_is_made(case: str) -> None:
 
 
 def test_nothing_is_allocated_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = corridor(1000)
+    problem = corridor(100_000)
 
     def allocates(*arguments: Any, **parameters: Any) -> TrainingState:
         raise AssertionError("the tables were made first")
 
-    monkeypatch.setattr(memory, "available_memory", lambda: 30_000)
+    monkeypatch.setattr(memory, "available_memory", lambda: 3_000_000)
     monkeypatch.setattr(learner_module, "TrainingState", allocates)
-    with pytest.raises(TableSizeError, match=r"QLearning would take [\d,]+ bytes of memory \(.*Q-tables 48,000 bytes"):
+    with pytest.raises(TableSizeError, match=r"QLearning would take [\d,]+ bytes .*Q-tables 4,800,000 bytes"):
         QLearning(problem, n_agents=3)
 
 

@@ -67,6 +67,39 @@ def test_a_second_thread_is_refused(use: str, tmp_path: Path) -> None:
     USES["save()"](learner, tmp_path)  # nothing stays behind
 
 
+class Waiting(QLearning):
+    """A learner whose constructor waits where it runs again."""
+
+    def __init__(self, env: Any, *, wait: Callable[[], object] = lambda: None, **parameters: Any) -> None:
+        self.wait = wait
+        super().__init__(env, **parameters)
+        wait()
+
+
+def test_what_a_thread_is_changing_no_other_sets() -> None:
+    learner = Waiting(PROBLEM, alpha=0.3, seed=0)
+    begun, done = threading.Event(), threading.Event()
+
+    def wait() -> None:
+        begun.set()
+        assert done.wait(60)
+
+    thread = threading.Thread(target=lambda: setattr(learner, "wait", wait), name="first")
+    thread.start()
+    try:
+        assert begun.wait(60)
+        with pytest.raises(
+            LearnerInUseError, match=r"Waiting.alpha = ... was called in thread 'MainThread' while Wait"
+        ):
+            learner.alpha = 0.1
+    finally:
+        done.set()
+        thread.join()
+    assert learner.alpha == learner.parameters["alpha"] == 0.3
+    learner.alpha = 0.2
+    assert learner.alpha == 0.2
+
+
 @pytest.mark.parametrize("use", USES)
 def test_callbacks_may_look_and_change_but_not_learn(use: str, tmp_path: Path) -> None:
     learner, refused = make(), []

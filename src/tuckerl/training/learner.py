@@ -383,7 +383,7 @@ class Learner(Copyable):
         ParameterError, ParameterTypeError, ObservationError
             If an observation is none of the environment's, or a mask none of its actions, or no action may be taken.
         """
-        self._owner.check_predictable("predict()")
+        self._owner.check_thread("predict()")
         predictor = self._predictor(self._state.q, self._state.declared)
         return predictor.predict(observation, check_deterministic(deterministic), action_masks), None
 

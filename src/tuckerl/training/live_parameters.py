@@ -61,7 +61,10 @@ class LiveParameters(Learned, metaclass=_Sealing):
         LearnerInUseError
             If another thread uses the learner, or it is in the middle of an episode.
         """
-        if "_is_made" not in vars(self) or name.startswith("_"):
+        if name.startswith("_"):
+            super().__setattr__(name, value)
+        elif "_is_made" not in vars(self):  # in a constructor, which runs again where a parameter changes
+            self._owner.check_thread(f"{type(self).__name__}.{name} = ...")
             super().__setattr__(name, value)
         elif name in self.fixed_parameters:
             raise ImmutableError(_FIXED.format(name=name, kind=type(self).__name__))

@@ -66,8 +66,8 @@ class Owner:
         finally:
             self._is_playing = False
 
-    def check_predictable(self, what: str) -> None:
-        """Refuse to look at tables that another thread may be changing.
+    def check_thread(self, what: str) -> None:
+        """Refuse to look at, or to set, what another thread may be changing.
 
         Raises
         ------
@@ -88,8 +88,8 @@ class Owner:
             self._lock.release()
 
     def _use(self, what: str) -> Iterator[None]:
+        self._thread, self._name = threading.get_ident(), threading.current_thread().name  # before others see a use
         self._uses.append(what)
-        self._thread, self._name = threading.get_ident(), threading.current_thread().name
         try:
             yield
         finally:
