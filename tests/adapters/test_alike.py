@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from gymnasium.spaces import Discrete
 from gymnasium.utils import EzPickle
+from pettingzoo.utils import aec_to_parallel, parallel_to_aec
 
 import tuckerl
 from tests.adapters.parallel_worlds import Meeting
@@ -116,6 +117,59 @@ def test_only_differences_in_play_are_refused() -> None:
     assert as_problem(Meeting).n_states == 5
     with pytest.raises(ProblemError, match=r"two environments made by Drawn differ \(in scale\)"):
         as_problem(Drawn)
+
+
+class Shuffled(gymnasium.ObservationWrapper[Any, Any, Any]):
+    """Draws when it is made by what numbers observations are shown."""
+
+    def __init__(self, env: Any) -> None:
+        super().__init__(env)
+        self.order = [random.random(), *np.random.default_rng().permutation(4).tolist()]  # noqa: S311  # no secret
+
+    def observation(self, observation: int) -> int:
+        return int(self.order[1:][observation])
+
+
+class Weighed(gymnasium.RewardWrapper[Any, Any]):
+    """Draws when it is made what changes nothing."""
+
+    def __init__(self, env: Any) -> None:
+        super().__init__(env)
+        self.number = random.random()  # noqa: S311  # no secret
+
+    def reward(self, reward: Any) -> float:
+        return float(reward)
+
+
+def test_what_wrappers_draw_is_noticed_wherever_they_stand() -> None:
+    for wrap in (Shuffled, lambda env: gymnasium.wrappers.TimeLimit(Weighed(Shuffled(env)), 4)):
+        with pytest.raises(ProblemError, match=r"differ \(in (order|number).*: something is drawn when they are made"):
+            as_problem(lambda: wrap(Noise()))  # noqa: B023  # called at once
+    assert as_problem(lambda: Weighed(Noise())).n_states == 4
+    with pytest.raises(ProblemError, match=r"differ \(in scale\)"):
+        as_problem(lambda: aec_to_parallel(parallel_to_aec(Drawn())))
+
+
+class RemadeScale(gymnasium.RewardWrapper[Any, Any], EzPickle):
+    """A wrapper that is made anew where it should be copied."""
+
+    def __init__(self, env: Any) -> None:
+        EzPickle.__init__(self, env)
+        super().__init__(env)
+        self.scale = 1.0
+
+    def reward(self, reward: Any) -> float:
+        return self.scale * float(reward)
+
+
+def test_a_copy_whose_wrapper_is_another_is_refused_where_one_is_needed() -> None:
+    env = RemadeScale(Noise())
+    learned(env, n_agents=2).evaluate(2)
+    env.scale = 3.0
+    with pytest.raises(
+        ProblemError, match=r"a copy of RemadeScale.*is not like it \(in scale\)|a copy of Noise is not"
+    ):
+        learned(env, n_agents=2)
 
 
 class Remade(Noise, EzPickle):

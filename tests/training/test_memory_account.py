@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -51,6 +52,29 @@ def test_masks_and_simulated_states_are_counted_for_every_world() -> None:
     assert parts["worlds"] == pytest.approx(3 * 2000 * 8, rel=0.01)
 
 
+class Heavy(gymnasium.Env[Any, Any]):
+    """An environment with a large array, part of which has a name of its own."""
+
+    observation_space = action_space = gymnasium.spaces.Discrete(2)
+
+    def __init__(self, length: int) -> None:
+        self.held = {"data": [np.broadcast_to(0.0, length)]}
+        self.first = self.held["data"][0]
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[int, dict[str, Any]]:
+        return 0, {}
+
+    def step(self, action: int) -> tuple[int, float, bool, bool, dict[str, Any]]:
+        return 0, 0.0, True, False, {}
+
+
+def test_copies_of_an_environment_are_counted_by_its_arrays() -> None:
+    problem = QLearning(gymnasium.wrappers.TransformReward(Heavy(1000), float)).problem
+    for n_agents, n_bytes in ((1, 0), (4, 3 * 8000)):
+        parts = {part.name: part.n_bytes for part in learner_parts(problem, n_agents, None, ())}
+        assert parts["copies of the environment"] == n_bytes
+
+
 def simulator(**sizes: Any) -> Simulator:
     return Simulator(reset, step, index, **({"n_states": 5, "n_actions": 2, "max_episode_steps": 9} | sizes))
 
@@ -64,6 +88,8 @@ TOO_LARGE: dict[str, tuple[Callable[[], Any], str]] = {
     "traces": (lambda: SarsaLambda(simulator(n_states=10**11)), "SarsaLambda would take .*'traces' 4,400,"),
     "model": (lambda: DynaH(simulator(n_states=10**11)), "DynaH would take .*Q-tables"),
     "a random maze": (lambda: random_maze(10**6, 10**6), "a random maze would take .*fewer rows or columns"),
+    "copies": (lambda: QLearning(Heavy(10**13), n_agents=3), "copies of the environment 160,[0-9,]+ bytes.*fewer ag"),
+    "a copy": (lambda: QLearning(Heavy(10**13)).evaluate(1), "evaluating would take .*a copy of the environment 80,"),
     "evaluate": (lambda: QLearning(corridor()).evaluate(10**12), "evaluating would take .*evaluate fewer episodes"),
     "learn": (lambda: QLearning(corridor()).learn(10**30), r"learning would take about 10\^31 .*fewer episodes"),
 }

@@ -7,6 +7,7 @@ made anew instead of copied. All of that is found by comparing data, attribute b
 import copy
 import random
 from collections.abc import Callable, Iterator, Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ from tuckerl.errors import ProblemError, TuckerlError
 
 _LARGEST = 200_000  # parts that are compared, at most
 _EPISODES, _STEPS = 20, 100  # of random play, at most
+_INNER = ("env", "aec_env")  # where wrappers keep what they wrap; the latter in PettingZoo's aec_to_parallel
+_DRAW_NOTHING = {"gymnasium", "pettingzoo", "tuckerl"}  # packages whose wrappers are alike if what they wrap is
 _PLAIN = (bool, int, float, complex, str, bytes, np.generic)
 
 
@@ -48,7 +51,7 @@ def checked_maker(first: Any, make: Callable[[], Any], source: str) -> "Environm
         return EnvironmentMaker(make)
     if innermost(second) is innermost(first):
         return None
-    place = difference_of_data(innermost(first), innermost(second))
+    place = _difference(first, second)
     if place is not None and _differ(make):
         close(second, source)
         name = getattr(make, "__qualname__", source)
@@ -89,12 +92,26 @@ def lost_by_copying(env: Any) -> str | None:
         other.reset(seed=0)
     except Exception:  # noqa: BLE001  # whoever needs a copy is told
         return None
-    lost = difference_of_data(innermost(env), innermost(other))
+    lost = _difference(env, other)
     if lost is not None:
         lost = None if _episodes_are_equal(env, other) else lost  # a counter, perhaps
         env.reset(seed=0)
     close(other, name_of(other))
     return lost
+
+
+def _difference(one: Any, other: Any) -> str | None:
+    """Return where the data of two environments differ, or those of wrappers of users' own; None where they do not."""
+    for layers in zip(_layers(one), _layers(other), strict=False):
+        own = [vars(layer).copy() if hasattr(layer, "__dict__") else {} for layer in layers]
+        held = [parts.pop(name, None) for parts in own for name in _INNER]
+        is_known = type(layers[0]).__module__.partition(".")[0] in _DRAW_NOTHING
+        if any(part is not None for part in held) and is_known:
+            continue
+        place = difference_of_data(SimpleNamespace(**own[0]), SimpleNamespace(**own[1]))
+        if place is not None:
+            return place
+    return None
 
 
 def class_that_says_how(env: Any) -> str | None:
@@ -106,7 +123,7 @@ def _layers(env: Any) -> Iterator[Any]:
     while env is not None:
         yield env
         held = getattr(env, "__dict__", {})
-        env = held.get("env", held.get("aec_env"))  # the latter in PettingZoo's aec_to_parallel
+        env = next((held[name] for name in _INNER if name in held), None)
 
 
 def _copies_by_rule(kind: type) -> bool:
@@ -192,9 +209,9 @@ def _differ(make: Callable[[], Any]) -> bool:
         pair = [innermost(env) for env in made]
         if all(map(plays_what_it_carries, pair)):
             tables: list[Any] = [carried_problem(env) for env in pair]
-            if None not in tables:
-                return tables[0].difference(tables[1]) is not None
-        return not _episodes_are_equal(pair[0], pair[1])
+            if None not in tables and tables[0].difference(tables[1]) is not None:
+                return True
+        return not _episodes_are_equal(*made)
     except Exception:  # noqa: BLE001  # there are no more of them to compare
         return False
     finally:

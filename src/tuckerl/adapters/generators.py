@@ -6,15 +6,13 @@ generator of its own. No seed of a reset reaches these, unless the environment p
 
 import random
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping
-from functools import lru_cache
-from itertools import islice
-from types import FunctionType, MemberDescriptorType, MethodType, ModuleType
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
 
+from tuckerl.adapters.held import LEAVES, MOST_PARTS, parts_of
 from tuckerl.adapters.seeding import generator_of
 from tuckerl.errors import ResumeWarning, SavedFileError, warn
 from tuckerl.rng import (
@@ -28,10 +26,7 @@ from tuckerl.rng import (
 )
 from tuckerl.saved_json import checked_json
 
-_MOST = 100_000  # parts of objects that are looked at
-_SAMPLE = 1000  # first parts of a larger container: where they are numbers and text, so are all, it is taken
 _WATCHED = 8  # looks at the global generators
-_LEAVES = (str, bytes, int, float, complex, bool, np.generic, np.ndarray, type, ModuleType, FunctionType, MethodType)
 _SHARED = (random._inst, np.random.mtrand._rand)  # the global ones
 
 
@@ -181,37 +176,13 @@ def _searched(env: Any) -> tuple[dict[str, AnyGenerator], bool]:
             continue
         if isinstance(one, gymnasium.Space):
             one.np_random  # noqa: B018  # a space makes its generator when it is first asked
-        for template, name, part in _parts(one):
+        for template, name, part in parts_of(one):
             n_parts += 1
-            if n_parts > _MOST:
+            if n_parts > MOST_PARTS:
                 return found, False
-            if part is not None and not isinstance(part, _LEAVES) and id(part) not in seen:
+            if part is not None and not isinstance(part, LEAVES) and id(part) not in seen:
                 objects.append((place + template.format(name), part))
     return found, True
-
-
-def _parts(one: Any) -> Iterator[tuple[str, Any, Any]]:
-    """Yield what an object holds: how the place of a part is written, its name, and the part."""
-    is_mapping = isinstance(one, Mapping)
-    if is_mapping or isinstance(one, (list, tuple, deque, set, frozenset)):
-        first = islice(one.values() if is_mapping else one, _SAMPLE)
-        if len(one) <= _SAMPLE or not all(isinstance(part, _LEAVES) for part in first):
-            template = "[{!r}]" if is_mapping else "<{}>" if isinstance(one, (set, frozenset)) else "[{}]"
-            for name, part in one.items() if is_mapping else enumerate(one):
-                yield template, name, part
-    for name, part in getattr(one, "__dict__", {}).items():
-        yield ".{}", name, part
-    for name in _slots(type(one)):  # type: ignore[arg-type]  # classes are hashable
-        yield ".{}", name, getattr(one, name, None)
-
-
-@lru_cache(maxsize=256)
-def _slots(kind: type) -> tuple[str, ...]:
-    """Return the attributes that objects of a class keep outside of their ``__dict__``."""
-    classes = (base for base in kind.__mro__ if "__slots__" in vars(base))
-    return tuple(
-        name for base in classes for name, slot in vars(base).items() if isinstance(slot, MemberDescriptorType)
-    )
 
 
 def seed_generators(generators: Mapping[str, AnyGenerator], sequence: np.random.SeedSequence) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from gymnasium.vector.utils import concatenate, create_empty_array
 
 from tuckerl.adapters.action_names import action_names_of
+from tuckerl.adapters.held import bytes_of_arrays
 from tuckerl.adapters.masks import MaskReader
 from tuckerl.adapters.python_world import EnvironmentCopies
 from tuckerl.errors import ParameterError, SavedFileError
@@ -230,6 +231,11 @@ class PythonProblem(Problem):
     def world_bytes(self) -> int:
         """Bytes of the action masks that a world keeps."""
         return len(self.spaces) * self.n_states * self.n_actions if self.has_masks else 0
+
+    @property
+    def copy_bytes(self) -> int:
+        """Bytes of the arrays that an environment holds."""
+        return bytes_of_arrays(self.env)
 
     def save(self) -> tuple[Header, Arrays]:
         """Return the environment's id, sizes and agents, and the edges of its bins."""

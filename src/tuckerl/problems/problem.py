@@ -177,6 +177,11 @@ class Problem(Described):
         """Bytes of memory that each world takes, where these are not few."""
         return 0
 
+    @property
+    def copy_bytes(self) -> int:
+        """Bytes of memory that each world but the first takes besides, as it has a copy of what the first one has."""
+        return 0
+
     def n_tables(self, n_agents: int) -> int:
         """Return how many tables a learner keeps that was asked for `n_agents` agents.
 

@@ -63,7 +63,7 @@ def evaluate(
         As of :meth:`tuckerl.training.learner.Learner.predict`.
     """
     n_agents = len(predictor.q) if problem.shares_world else 1
-    check_memory("evaluating", evaluation_parts(n_agents, episodes))
+    check_memory("evaluating", evaluation_parts(problem, n_agents, episodes))
     world = problem.world()
     world.seed(child(sequence, 0))
     steps, returns = np.zeros((n_agents, episodes), dtype=np.int64), np.zeros((n_agents, episodes))

@@ -31,13 +31,15 @@ def learner_parts(
     n_states, n_actions = problem.n_states, problem.n_actions
     table = n_agents * n_states * n_actions * _FLOAT
     advice = FEWER_STATES if n_states * n_actions > n_agents else FEWER_AGENTS
+    n_worlds = 1 if problem.shares_world else n_agents
     n_kept = trajectory_length(problem.max_episode_steps)
     parts = [
         Part("Q-tables", table, advice),
         Part("trajectories", n_agents * 2 * n_kept * _FLOAT, f"{FEWER_AGENTS}, or set max_episode_steps"),
         Part("what is kept to undo an episode", n_agents * _undo_bytes(problem, declarations), advice),
         Part("agents", n_agents * (_PER_AGENT + n_actions * _FLOAT), FEWER_AGENTS),
-        Part("worlds", (1 if problem.shares_world else n_agents) * problem.world_bytes, advice),
+        Part("worlds", n_worlds * problem.world_bytes, advice),
+        Part("copies of the environment", (n_worlds - 1) * problem.copy_bytes, FEWER_AGENTS),
         *(Part(f"{one.name!r}", n_agents * declared_bytes(one, n_states, n_actions), advice) for one in declarations),
     ]
     if tensor_step is not None and tensor_step.needs_decomposition:
@@ -95,7 +97,10 @@ def history_parts(n_agents: int, n_episodes: int, n_scheduled: int) -> list[Part
     return [Part("steps, returns and schedules", n_bytes, "learn fewer episodes, or give steps= instead")]
 
 
-def evaluation_parts(n_agents: int, n_episodes: int) -> list[Part]:
-    """Return what an evaluation of so many episodes will need: its record, and a few resamples of their means."""
+def evaluation_parts(problem: Problem, n_agents: int, n_episodes: int) -> list[Part]:
+    """Return what an evaluation of so many episodes will need: its record, a few resamples of their means, a world."""
     n_bytes = n_episodes * (4 * n_agents + 4) * _FLOAT
-    return [Part("steps, returns and their resamples", n_bytes, "evaluate fewer episodes")]
+    return [
+        Part("steps, returns and their resamples", n_bytes, "evaluate fewer episodes"),
+        Part("a copy of the environment", problem.copy_bytes, "use a smaller environment"),
+    ]
