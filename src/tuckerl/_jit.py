@@ -29,6 +29,7 @@ from numba.core.errors import NumbaError
 from numba.core.event import Listener, install_listener
 from numba.extending import intrinsic, overload
 
+from tuckerl.checks import check_python_function
 from tuckerl.errors import SimulatorError
 
 _WITHOUT_KERNELS = ("testing", "studies", "reports", "cli")  # the layers above
@@ -152,6 +153,7 @@ def kernel(function: _Function) -> _Function:
     have as values is read when it is compiled. In a user's own file it is compiled anew by every process, with bounds
     checks: a slip must not write where it does not belong.
     """
+    check_python_function("a kernel", function)
     compiled: Any = numba.njit(boundscheck=not is_ours(function), **_OPTIONS)(function)
     if _CACHE_FOLDER is not None and is_ours(function) and not _INTERPRETED:
         with _our_cache_folder():

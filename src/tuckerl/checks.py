@@ -5,10 +5,15 @@ A check returns the value in the form that the code behind it works with (a plai
 
 import difflib
 import math
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from inspect import isfunction, signature
 from numbers import Integral, Real
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
 
@@ -98,7 +103,7 @@ def shown(value: object) -> str:
     """Return how Python writes a value, in one line, cut where it would fill the screen."""
     try:
         text = " ".join(repr(value).split())
-    except ValueError:  # Python writes no whole number of thousands of digits
+    except Exception:  # noqa: BLE001  # a user's own; and Python writes no lists of thousands of levels or digits
         return f"about 10^{int(math.log10(abs(value)))}" if isinstance(value, int) else f"a {type(value).__name__}"
     return text if len(text) <= MOST_SHOWN else f"{text[: MOST_SHOWN - 3]}..."
 
@@ -111,15 +116,165 @@ def refuse_mask(name: str, values: object) -> None:
     ParameterTypeError
         If there is one.
     """
-    if isinstance(values, np.ma.MaskedArray):
-        raise ParameterTypeError(
-            f"{name} must have no mask, which says that some numbers are none; got a masked array: replace these "
-            "first, with numpy.ma.filled(array, fill_value)"
-        )
-    if isinstance(values, (list, tuple)):
-        for part in values:
-            if not isinstance(part, (int, float, str)):
-                refuse_mask(name, part)
+    parts, seen = [values], set()  # of lists, one of which may be in itself
+    while parts:
+        part = parts.pop()
+        if isinstance(part, np.ma.MaskedArray):
+            raise ParameterTypeError(
+                f"{name} must have no mask, which says that some numbers are none; got a masked array: replace these "
+                "first, with numpy.ma.filled(array, fill_value)"
+            )
+        if isinstance(part, (list, tuple)) and id(part) not in seen:
+            seen.add(id(part))
+            parts.extend(one for one in part if not isinstance(one, (int, float, str)))
+
+
+NO_ARRAY = (ValueError, TypeError, OverflowError, RecursionError, MemoryError)
+"""What NumPy raises where it makes no array of something, such as of lists of several lengths."""
+
+
+def to_array(name: str, values: object, expected: str) -> NDArray[Any]:
+    """Return what a user gave as one array, of whatever type and shape.
+
+    Parameters
+    ----------
+    name : str
+    values
+    expected : str
+        What messages say that it must be.
+
+    Raises
+    ------
+    ParameterTypeError
+        If NumPy makes no array of it, such as of rows of several lengths, or there is a masked array in it.
+    """
+    refuse_mask(name, values)
+    try:
+        return np.asarray(values)
+    except NO_ARRAY as error:
+        raise ParameterTypeError(f"{name} must be {expected}; got {shown(values)}: {error}") from error
+
+
+def check_sequence(name: str, value: object, expected: str, length: int | None = None) -> tuple[Any, ...]:
+    """Return the entries of a sequence: a list, a tuple, a range, an array, ...
+
+    Parameters
+    ----------
+    name : str
+    value
+    expected : str
+        What messages say that it must be.
+    length : int, optional
+        How many entries it must have.
+
+    Raises
+    ------
+    ParameterTypeError
+        If it is something else, text or a masked array.
+    ParameterError
+        If it has another length.
+    """
+    refuse_mask(name, value)
+    is_array = isinstance(value, np.ndarray) and value.ndim > 0
+    if isinstance(value, range):
+        value = value[: _MOST_ENTRIES if length is None else length + 1]
+    if not is_array and (not isinstance(value, Sequence) or isinstance(value, (str, bytes, bytearray, memoryview))):
+        raise ParameterTypeError(f"{name} must be {expected}; got {shown(value)} of type {type(value).__name__}")
+    listed: tuple[Any, ...] = tuple(value)  # type: ignore[arg-type]  # it is iterable
+    if length not in (None, len(listed)):
+        raise ParameterError(f"{name} must be {expected}; got {len(listed)}: {shown(value)}")
+    return listed
+
+
+_MOST_ENTRIES = 10**6  # of a range, which may have more than any memory
+
+
+def check_text(name: str, value: object) -> str:
+    """Return `value` if it is text.
+
+    Raises
+    ------
+    ParameterTypeError
+        If it is anything else.
+    """
+    if isinstance(value, str):
+        return str(value)
+    raise ParameterTypeError(f"{name} must be text; got {shown(value)} of type {type(value).__name__}")
+
+
+def check_path(name: str, value: object) -> Path:
+    """Return a file's or a folder's path.
+
+    Raises
+    ------
+    ParameterTypeError
+        If it is no text and no path.
+    ParameterError
+        If no system has such a path.
+    """
+    text = os.fspath(value) if isinstance(value, os.PathLike) else value
+    if not isinstance(text, str):
+        raise ParameterTypeError(f"{name} must be a path, text or a pathlib.Path; got {shown(value)}")
+    try:
+        encoded = os.fsencode(text)
+    except UnicodeEncodeError as error:
+        raise ParameterError(f"{name} must be a path that can be written; got {text!a:.120}") from error
+    if b"\0" in encoded:
+        raise ParameterError(f"{name} must have no null character in it; got {shown(text)}")
+    return Path(text)
+
+
+def check_function(name: str, function: object, arguments: str) -> None:
+    """Refuse what cannot be called with so many arguments by position.
+
+    Parameters
+    ----------
+    name : str
+    function
+    arguments : str
+        Their names, with commas between them.
+
+    Raises
+    ------
+    ParameterTypeError
+        If it is no function.
+    ParameterError
+        If it takes others.
+    """
+    if not callable(function):
+        raise ParameterTypeError(f"{name} must be a function of ({arguments}); got {shown(function)}")
+    try:
+        taken = signature(function)
+    except (ValueError, TypeError):  # of some built-in ones nobody knows
+        return
+    try:
+        taken.bind(*filter(None, arguments.split(",")))
+    except TypeError as error:
+        raise ParameterError(f"{name} must take ({arguments}); got {shown(function)}, of {taken}: {error}") from error
+
+
+def check_actions(actions: object, agents: Sequence[str]) -> None:
+    """Refuse actions that are not a mapping from each of the agents.
+
+    Raises
+    ------
+    ParameterError
+        If that is so.
+    """
+    if not isinstance(actions, Mapping) or set(actions) != set(agents):
+        raise ParameterError(f"actions must name {' and '.join(agents)}; got {shown(actions)}")
+
+
+def check_python_function(name: str, function: object) -> None:
+    """Refuse what is no function written in Python, whether its user has compiled it or not.
+
+    Raises
+    ------
+    ParameterTypeError
+        If it is something else.
+    """
+    if not isfunction(getattr(function, "py_func", function)):
+        raise ParameterTypeError(f"{name} must be a Python function; got {shown(function)}")
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
@@ -146,6 +301,6 @@ def check_name(kind: str, value: object, known: Iterable[str]) -> str:
     if not isinstance(value, str):
         raise ParameterTypeError(f"{kind} must be one of {', '.join(names)}; got {shown(value)}")
     if value in names:
-        return value
+        return names[names.index(value)]  # plain text, also where a subclass of it came, which no file could hold
     others = f"use one of {', '.join(names)}" if len(names) <= _FEW else f"none of the {len(names)} known is close"
     raise UnknownNameError(f"unknown {kind} {shown(value)}: {did_you_mean(value, names) or others}")

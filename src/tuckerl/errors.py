@@ -27,12 +27,12 @@ class TuckerlError(Exception):
     """Base of all errors raised on purpose by this library."""
 
     def __init__(self, *args: object) -> None:
-        super().__init__(*(_shortened(part) for part in args))
+        super().__init__(*(shortened(part) if isinstance(part, str) else part for part in args))
 
 
-def _shortened(part: object) -> object:
+def shortened(part: str) -> str:
     """Return a message with its beginning, which says what is wrong, and its end, which says what to do."""
-    if not isinstance(part, str) or len(part) <= LONGEST_MESSAGE:
+    if len(part) <= LONGEST_MESSAGE:
         return part
     end = LONGEST_MESSAGE // 3
     return f"{part[: LONGEST_MESSAGE - end - 5]} ... {part[-end:]}"

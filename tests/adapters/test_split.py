@@ -231,7 +231,7 @@ def test_steps_need_a_reset() -> None:
 def test_every_agent_needs_an_action(actions: Any) -> None:
     env = both_ways(Meeting())
     env.reset()
-    with pytest.raises(ParameterError, match=r"actions must name west, east; got \{"):
+    with pytest.raises(ParameterError, match=r"actions must name west and east; got \{"):
         env.step(actions)
 
 
@@ -267,7 +267,7 @@ def test_spaces_without_any_part_are_refused() -> None:
 
 @pytest.mark.parametrize("agents", [["a"], ["a", "b", "c"], ["a", "a"], "ab", []], ids=str)
 def test_there_must_be_a_name_for_each_agent(agents: Any) -> None:
-    with pytest.raises(ParameterError, match="agents must be 2 different names; got"):
+    with pytest.raises((ParameterError, ParameterTypeError), match="agents must be 2 different names; got"):
         SplitEnv(Sum(), agents)
 
 

@@ -1,13 +1,26 @@
 """Checks: what passes comes back plain, what does not is told in one sentence."""
 
 import math
+from collections import deque
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tuckerl.checks import check_int, check_name, check_real
+from tuckerl.checks import (
+    check_function,
+    check_int,
+    check_name,
+    check_path,
+    check_real,
+    check_sequence,
+    check_text,
+    refuse_mask,
+    shown,
+    to_array,
+)
 from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
 
 
@@ -82,3 +95,107 @@ def test_names() -> None:
         check_name("colour", "x", iter(["red", "green"]))
     with pytest.raises(ParameterTypeError, match="colour must be one of green, red; got 3"):
         check_name("colour", 3, ["red", "green"])
+
+
+class Text(str):
+    """Text of a kind that no file could hold."""
+
+    __slots__ = ()
+
+
+def test_text_becomes_plain() -> None:
+    assert type(check_name("colour", Text("red"), ["red"])) is str
+    assert type(check_text("title", Text("red"))) is str
+    with pytest.raises(ParameterTypeError, match=r"title must be text; got b'x' of type bytes"):
+        check_text("title", b"x")
+
+
+@pytest.mark.parametrize("value", [[1, 2], (1, 2), range(1, 3), np.array([1, 2]), deque([1, 2])])
+def test_sequences_become_tuples(value: Any) -> None:
+    assert check_sequence("ranks", value, "numbers") == check_sequence("ranks", value, "numbers", 2) == (1, 2)
+
+
+@pytest.mark.parametrize("value", [3, "ab", b"ab", None, {1: 2}, {1, 2}, iter([1, 2]), np.array(2), memoryview(b"ab")])
+def test_what_is_no_sequence(value: Any) -> None:
+    with pytest.raises(ParameterTypeError, match=r"ranks must be two numbers; got .* of type"):
+        check_sequence("ranks", value, "two numbers", 2)
+
+
+@pytest.mark.parametrize("value", [[1], (1, 2, 3), range(10**30), np.zeros((4, 2))])
+def test_sequences_of_other_lengths(value: Any) -> None:
+    with pytest.raises(ParameterError, match=r"ranks must be two numbers; got [134]: "):
+        check_sequence("ranks", value, "two numbers", 2)
+
+
+def test_paths() -> None:
+    assert check_path("path", "a/b") == check_path("path", Path("a", "b")) == Path("a/b")
+    for value in (3, b"a", None, ["a"]):
+        with pytest.raises(ParameterTypeError, match=r"path must be a path, text or a pathlib\.Path; got"):
+            check_path("path", value)
+    with pytest.raises(ParameterError, match="path must have no null character in it; got"):
+        check_path("path", "a\0b")
+    with pytest.raises(ParameterError, match=r"path must be a path that can be written; got '\\ud800'"):
+        check_path("path", "\ud800")
+
+
+def test_functions() -> None:
+    for right in (lambda a, b: 0, lambda *a: 0, lambda a, b, c=1: 0, print, dict):
+        check_function("share", right, "context, rng")
+    with pytest.raises(ParameterTypeError, match=r"share must be a function of \(context\); got 3"):
+        check_function("share", 3, "context")
+    for wrong in (lambda: 0, lambda a, b: 0, lambda a, *, b: 0):
+        with pytest.raises(ParameterError, match=r"share must take \(context\); got <function"):
+            check_function("share", wrong, "context")
+
+
+def in_itself() -> list[Any]:
+    values: list[Any] = [1.0]
+    values.append(values)
+    return values
+
+
+def nested(depth: int) -> Any:
+    values: Any = 1.0
+    for _ in range(depth):
+        values = [values]
+    return values
+
+
+class Without:
+    """An object that cannot be shown."""
+
+    def __repr__(self) -> str:
+        raise OSError
+
+
+@pytest.mark.parametrize(
+    "values", [[[1], [1, 2]], in_itself(), nested(100_000), range(10**18), [np.ones(2), np.ones(3)]]
+)
+def test_what_numpy_makes_no_array_of(values: Any) -> None:
+    with pytest.raises(ParameterTypeError, match="X must be an array; got"):
+        to_array("X", values, "an array")
+
+
+def test_masks_are_found_in_lists_within_themselves() -> None:
+    refuse_mask("X", nested(100_000))
+    values = in_itself()
+    refuse_mask("X", values)
+    values.append(np.ma.masked_array([1.0], [True]))
+    with pytest.raises(ParameterTypeError, match="X must have no mask"):
+        refuse_mask("X", values)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (10**5000, "about 10^5000"),
+        ([10**5000], "a list"),
+        (nested(100_000), "a list"),
+        (Without(), "a Without"),
+        ("a" * 500, f"'{'a' * 116}..."),
+        ("a\n b", r"'a\n b'"),
+    ],
+    ids=["digits", "digits in a list", "levels", "no repr", "long", "lines"],
+)
+def test_every_value_can_be_shown(value: Any, text: str) -> None:
+    assert shown(value) == text

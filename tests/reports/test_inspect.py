@@ -360,7 +360,7 @@ def test_tensors_and_parts_that_do_not_fit_are_refused() -> None:
         inspect_tensor(X, (1, 1, 1, 1), (2, 3))
     with pytest.raises(ProblemError, match="action_names must be 2 names"):
         inspect_tensor(X, (1, 1, 1, 1), action_names=["up"])
-    with pytest.raises(ProblemError, match="blocked must hold 4 booleans"):
+    with pytest.raises(ProblemError, match="blocked must be 4 booleans"):
         inspect_tensor(X, (1, 1, 1, 1), blocked=np.zeros(3, dtype=np.bool_))
     good = everything()
     assert good.loadings is not None

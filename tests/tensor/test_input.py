@@ -138,7 +138,7 @@ def test_tensors_that_are_refused(X: Any, kind: type[Exception], message: str) -
 @pytest.mark.parametrize(
     ("arguments", "kind", "message"),
     [
-        ({"ranks": (1, 1)}, ParameterError, r"ranks must be 3 whole numbers, .*; got 2, \(1, 1\)"),
+        ({"ranks": (1, 1)}, ParameterError, r"ranks must be 3 whole numbers, .*; got 2: \(1, 1\)"),
         ({"ranks": (1, 1, 0)}, ParameterError, r"ranks\[2\] must be a whole number of at least 1; got 0"),
         ({"ranks": (1, -2, 1)}, ParameterError, r"ranks\[1\] must be a whole number of at least 1; got -2"),
         ({"ranks": (1, 1.5, 1)}, ParameterTypeError, r"ranks\[1\] must be a whole number .*; got 1.5"),

@@ -85,7 +85,7 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
             raise ParameterTypeError(f"env must be a PettingZoo parallel environment; got {shown(env)}{way_out(env)}")
         self.env = env
         self.possible_agents = agents_of(env)
-        if reward not in self.possible_agents:
+        if not any(isinstance(reward, type(agent)) and reward == agent for agent in self.possible_agents):
             check_name("reward", reward, {"mean", "sum", *(a for a in self.possible_agents if isinstance(a, str))})
         self.reward = reward
         self._declared = {agent: self._spaces_of(agent) for agent in self.possible_agents}
@@ -193,7 +193,7 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
             if agent not in self.readers:
                 known = ", ".join(map(str, self.possible_agents))
                 raise ProblemError(
-                    f"the agents of {self.env} must be among its possible_agents, {known}; got {agent!r}"
+                    f"the agents of {self.env} must be among its possible_agents, {known}; got {shown(agent)}"
                 )
         return live
 
@@ -202,7 +202,7 @@ class JointEnv(gymnasium.Env[tuple[Any, ...], tuple[Any, ...]]):
             pairs = dict(zip(self.possible_agents, action, strict=True))
         except (TypeError, ValueError) as error:
             raise ParameterError(
-                f"a joint action must hold {len(self.possible_agents)} actions, one for each agent; got {action!r}"
+                f"a joint action must hold {len(self.possible_agents)} actions, one for each agent; got {shown(action)}"
             ) from error
         return {agent: pairs[agent] for agent in self._live}
 

@@ -9,7 +9,7 @@ from typing import Any, Protocol, cast
 import gymnasium
 import pettingzoo
 
-from tuckerl.checks import check_name, shown
+from tuckerl.checks import check_function, check_name, shown
 from tuckerl.errors import ParameterTypeError, ProblemError, TuckerlError, UnknownNameError, warn
 
 GymEnvironment = gymnasium.Env[Any, Any]
@@ -53,6 +53,8 @@ def made_of(env: Any, name: str) -> tuple[Any, Callable[[], Any] | None]:
         If there is no environment.
     """
     make = maker_of(env)
+    if make is not None and make is env:
+        check_function(f"{name}, as it makes an environment,", env, "")
     made = env if make is None else make()
     if isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
         return made, make

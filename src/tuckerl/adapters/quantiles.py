@@ -14,7 +14,7 @@ from tuckerl.adapters.making import GymEnvironment, Made, ParallelEnvironment, c
 from tuckerl.adapters.masks import MaskReader
 from tuckerl.adapters.seeding import EpisodeSeeds
 from tuckerl.adapters.step_results import reset_result, step_result
-from tuckerl.checks import check_int
+from tuckerl.checks import check_int, shown
 from tuckerl.errors import ObservationError, SpaceError
 from tuckerl.rng import child, seed_sequence
 from tuckerl.spaces.bins import MOST_BINS, bin_entries
@@ -191,5 +191,5 @@ def _values(seen: list[Any], space: Box) -> FloatArray:
     values = np.array(seen, dtype=np.float64).reshape(len(seen), -1)
     if not np.isfinite(values).all():
         worst = seen[int(np.argmin(np.isfinite(values).all(axis=1)))]
-        raise ObservationError(f"quantiles need finite observations; got {worst!r}: give edges instead")
+        raise ObservationError(f"quantiles need finite observations; got {shown(worst)}: give edges instead")
     return values

@@ -26,6 +26,7 @@ from tuckerl.adapters.making import GymEnvironment, Made, close, made_of, name_o
 from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.python_problem import AgentSpaces
 from tuckerl.adapters.team import Team
+from tuckerl.checks import shown
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, SpaceError
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.mdp import TabularMDP
@@ -123,9 +124,9 @@ def check_compiled(value: object) -> str | bool:
     """
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
-    if value == "auto":
+    if isinstance(value, str) and value == "auto":
         return "auto"
-    raise ParameterTypeError(f"compiled must be 'auto', True or False; got {value!r}")
+    raise ParameterTypeError(f"compiled must be 'auto', True or False; got {shown(value)}")
 
 
 def _own_problem(env: Problem | Maze, options: AdapterOptions) -> Problem:
@@ -163,7 +164,7 @@ def _adapted_parallel(env: Any, source: str, make: Callable[[], Any] | None, opt
         _refuse_compiled(options, source)
         return PettingZooProblem(env, source, make, bins=options.bins, tries_out=options.tries_out)
     # The joint transitions pay the mean.
-    table = _joint_table(env) if options.compiled and options.reward == "mean" else None
+    table = _joint_table(env) if options.compiled and _pays_mean(options) else None
     if table is not None:
         _refuse_bins(options, source)
         return _with_agents(_limited(table, table.max_episode_steps, source), env)
@@ -290,9 +291,14 @@ def _refuse_bins(options: AdapterOptions, source: str) -> None:
         raise ParameterError(f"bins are for environments whose observations are a Box; {source} has states already")
 
 
+def _pays_mean(options: AdapterOptions) -> bool:
+    reward: object = options.reward  # whatever a user gave: arrays compare by entry
+    return isinstance(reward, str) and reward == "mean"
+
+
 def _refuse_reward(options: AdapterOptions, source: str) -> None:
-    if options.reward != "mean":
+    if not _pays_mean(options):
         raise ParameterError(
             f"team_reward is for PettingZoo environments, whose agents each have a reward; {source} has one reward: "
-            f"leave it out (tuckerl.JointEnv takes its own, as reward); got {options.reward!r}"
+            f"leave it out (tuckerl.JointEnv takes its own, as reward); got {shown(options.reward)}"
         )

@@ -15,6 +15,7 @@ from pettingzoo import ParallelEnv
 from tuckerl.adapters.joint import INFOS
 from tuckerl.adapters.masks import MASK
 from tuckerl.adapters.step_results import as_flag, check_reward, step_result
+from tuckerl.checks import check_actions, check_sequence, shown
 from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError, ProblemError
 
 Space = gymnasium.Space[Any]
@@ -65,7 +66,7 @@ class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any 
 
     def __init__(self, env: gymnasium.Env[Any, Any], agents: Sequence[str] | None = None) -> None:
         if not isinstance(env, gymnasium.Env):
-            raise ParameterTypeError(f"env must be a Gymnasium environment; got {env!r}")
+            raise ParameterTypeError(f"env must be a Gymnasium environment; got {shown(env)}")
         self.env = env
         observed, acted = _parts(env)
         inner_names = tuple(getattr(env.unwrapped, "possible_agents", ()))
@@ -118,8 +119,7 @@ class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any 
         agents = self.agents
         if not agents:
             raise ResetNeeded("call reset() before step(): no episode is under way")
-        if set(actions) != set(agents):
-            raise ParameterError(f"actions must name {', '.join(agents)}; got {actions!r}")
+        check_actions(actions, agents)
         joint = tuple(actions[agent] for agent in agents)
         observation, reward, *ends, info = step_result(self.env.step(joint))
         terminated, truncated = map(as_flag, ("terminated", "truncated"), ends)
@@ -145,7 +145,7 @@ class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any 
         if not isinstance(observation, (tuple, list)) or len(observation) != len(self.possible_agents):
             raise ObservationError(
                 f"the observations of {self.env} must have {len(self.possible_agents)} parts, as their space says; "
-                f"got {observation!r}"
+                f"got {shown(observation)}"
             )
         return dict(zip(self.possible_agents, observation, strict=True))
 
@@ -168,9 +168,10 @@ class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any 
 
 
 def _check_names(agents: Sequence[str], n_agents: int) -> list[str]:
-    names = list(agents)
-    if isinstance(agents, str) or len(names) != n_agents or len(set(names)) != n_agents:
-        raise ParameterError(f"agents must be {n_agents} different names; got {agents!r}")
+    expected = f"{n_agents} different names"
+    names = [name for name in check_sequence("agents", agents, expected) if isinstance(name, str)]
+    if len(agents) != n_agents or len(set(names)) != n_agents:
+        raise ParameterError(f"agents must be {expected}; got {shown(agents)}")
     return names
 
 

@@ -20,7 +20,7 @@ from gymnasium.envs.toy_text import CliffWalkingEnv, FrozenLakeEnv, TaxiEnv
 from gymnasium.spaces import Discrete
 
 from tuckerl.adapters.action_names import action_names_of
-from tuckerl.checks import refuse_mask
+from tuckerl.checks import refuse_mask, shown
 from tuckerl.errors import ProblemError, TuckerlError
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.outcomes import normalised, sum_tolerance
@@ -191,20 +191,22 @@ def _outcomes(table: _Table, state: int, action: int) -> list[_Outcome]:
 def _outcome(table: _Table, state: int, action: int, outcome: Any) -> _Outcome:
     if not isinstance(outcome, (tuple, list)) or len(outcome) != 4:
         expected = "must be tuples (probability, next state, reward, terminated)"
-        raise _malformed(table, state, action, f"{expected}; got {outcome!r}")
+        raise _malformed(table, state, action, f"{expected}; got {shown(outcome)}")
     probability, next_state, reward, terminated = outcome
     if not isinstance(probability, Real) or not 0 <= float(probability) <= _MOST_LIKELY:
-        raise _malformed(table, state, action, f"must have probabilities from 0 to 1; got {probability!r}")
+        raise _malformed(table, state, action, f"must have probabilities from 0 to 1; got {shown(probability)}")
     states = range(table.n_states)
     if probability == 0:  # what never happens may be anything
         return _Outcome(0.0, 0, 0.0, False)
     if isinstance(next_state, bool) or not isinstance(next_state, Integral) or int(next_state) not in states:
         expected = f"must lead to states from 0 to {table.n_states - 1}"
-        raise _malformed(table, state, action, f"{expected}; got {next_state!r}")
+        raise _malformed(table, state, action, f"{expected}; got {shown(next_state)}")
     if not isinstance(reward, Real) or not math.isfinite(reward):
-        raise _malformed(table, state, action, f"must pay finite rewards; got {reward!r}")
+        raise _malformed(table, state, action, f"must pay finite rewards; got {shown(reward)}")
     if not isinstance(terminated, (bool, np.bool_, Integral)) or terminated not in (0, 1):
-        raise _malformed(table, state, action, f"must say by True or False whether they terminate; got {terminated!r}")
+        raise _malformed(
+            table, state, action, f"must say by True or False whether they terminate; got {shown(terminated)}"
+        )
     return _Outcome(float(probability), int(next_state), float(reward), bool(terminated))
 
 
@@ -237,7 +239,7 @@ def _action_mask(table: _Table) -> BoolArray | None:
         if mask.shape != (table.n_actions,) or mask.dtype.kind not in "biu" or not np.isin(mask, (0, 1)).all():
             raise ProblemError(
                 f"action_mask({state}) of {table.env} must be {table.n_actions} numbers, 1 for an action that may be "
-                f"taken and 0 for another; got {mask!r}: {_OTHERWISE}"
+                f"taken and 0 for another; got {shown(mask)}: {_OTHERWISE}"
             )
         masks[state] = mask
     return masks

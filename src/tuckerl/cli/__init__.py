@@ -70,7 +70,7 @@ def main(arguments: list[str] | None = None) -> None:
     except KeyboardInterrupt:  # another one, while it was turning
         status = _complain(_INTERRUPTED, INTERRUPTED)
     except TyperException as error:
-        status = 0 if not error.format_message() else _complain(error.format_message(), 2)
+        status = 0 if not error.format_message() else _complain(errors.shortened(error.format_message()), 2)
     except errors.TuckerlError as error:
         status = _complain(str(error), 2)
     except OSError as error:

@@ -19,7 +19,7 @@ import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
 
-from tuckerl.checks import check_flag, check_name, check_real
+from tuckerl.checks import check_flag, check_name, check_real, shown
 from tuckerl.environments.cart_pole_view import draw_cart_pole, write_cart_pole
 from tuckerl.environments.raster import RENDER_MODES, check_render_mode, rendered
 from tuckerl.errors import ParameterError
@@ -279,7 +279,9 @@ class CartPoleEnv(gymnasium.Env[Any, Any]):
         if self._stream is None:
             raise ResetNeeded("call reset() before step(): no episode has begun")
         if not self.action_space.contains(action):
-            raise ParameterError(f"action must be from 0 (full force to the left) to 20 (to the right); got {action!r}")
+            raise ParameterError(
+                f"action must be from 0 (full force to the left) to 20 (to the right); got {shown(action)}"
+            )
         self._push = (int(action) - NO_FORCE) / 10.0
         reward, failed = self._problem.functions.step(self._problem.parameters, self._state, int(action), self._stream)
         return self._observation(), float(reward), bool(failed), False, {}

@@ -10,7 +10,7 @@ import gymnasium
 from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import check_int
+from tuckerl.checks import check_int, shown
 from tuckerl.environments.maze_view import draw_maze, write_maze
 from tuckerl.environments.raster import RENDER_MODES, check_render_mode, rendered
 from tuckerl.errors import ParameterError
@@ -103,7 +103,7 @@ class DynaMazeEnv(gymnasium.Env[Any, Any]):
         if self._state is None:
             raise ResetNeeded("call reset() before step(): no episode has begun")
         if not self.action_space.contains(action):
-            raise ParameterError(f"action must be 0 (up), 1 (down), 2 (left) or 3 (right); got {action!r}")
+            raise ParameterError(f"action must be 0 (up), 1 (down), 2 (left) or 3 (right); got {shown(action)}")
         arrays = self.mdp.arrays
         outcome = self._state * self.mdp.n_actions + int(action)
         before, self._state = self._state, int(arrays.next_state[outcome])

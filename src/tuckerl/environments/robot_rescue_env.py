@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 from pettingzoo import ParallelEnv
 
-from tuckerl.checks import check_int
+from tuckerl.checks import check_actions, check_int, shown
 from tuckerl.environments.raster import RENDER_MODES, check_render_mode, rendered
 from tuckerl.environments.robot_rescue import GRIPS, robot_rescue, scene
 from tuckerl.environments.robot_rescue_map import ACTION_NAMES, AGENTS, MOVES, RescueMap, as_rescue_map
@@ -174,14 +174,14 @@ class RobotRescueEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class i
         return dict(zip(self.possible_agents, own, strict=True))
 
     def _joint_action(self, actions: dict[str, int]) -> int:
-        if set(actions) != set(self.agents):
-            raise ParameterError(f"actions must name {' and '.join(self.agents)}; got {actions!r}")
+        check_actions(actions, self.agents)
         joint = 0
         for agent in self.agents:
             action = actions[agent]
             if not self.action_spaces[agent].contains(action):
                 raise ParameterError(
-                    f"the action of {agent} must be 0 (left), 1 (right), 2 (up), 3 (down) or 4 (stay); got {action!r}"
+                    f"the action of {agent} must be 0 (left), 1 (right), 2 (up), 3 (down) or 4 (stay); got "
+                    f"{shown(action)}"
                 )
             joint = joint * len(MOVES) + int(action)
         return joint

@@ -6,6 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from tuckerl.checks import shown
 from tuckerl.errors import ParameterTypeError, ProblemError
 from tuckerl.problems.maze import Cell
 from tuckerl.types import BoolArray, IntArray
@@ -135,14 +136,14 @@ def as_rescue_map(given: RescueMap | str | Sequence[str] | None) -> RescueMap:
     if isinstance(given, (list, tuple)) and all(isinstance(row, str) for row in given):
         return RescueMap("\n".join(given))
     if not isinstance(given, str):
-        raise ParameterTypeError(f"map must be a RescueMap, its text or a list of its rows; got {given!r}")
+        raise ParameterTypeError(f"map must be a RescueMap, its text or a list of its rows; got {shown(given)}")
     return RescueMap(given)
 
 
 def _grid(text: object) -> np.ndarray[tuple[int, int], np.dtype[np.str_]]:
     """Return the map's characters, (rows, columns)."""
     if not isinstance(text, str):
-        raise ParameterTypeError(f"a map must be text, one line for each row; got {text!r}")
+        raise ParameterTypeError(f"a map must be text, one line for each row; got {shown(text)}")
     lines = [line.strip() for line in text.strip().splitlines()]
     if not lines:
         raise ProblemError("a map must have at least one row; the text is empty")
@@ -159,7 +160,7 @@ def _grid(text: object) -> np.ndarray[tuple[int, int], np.dtype[np.str_]]:
             )
         for column, mark in enumerate(line):
             if mark not in known:
-                raise ProblemError(f"a map is made of {' '.join(known)}; got {mark!r} at ({row}, {column})")
+                raise ProblemError(f"a map is made of {' '.join(known)}; got {shown(mark)} at ({row}, {column})")
     return np.array([list(line) for line in lines])
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tuckerl.checks import refuse_mask
+from tuckerl.checks import NO_ARRAY, refuse_mask
 from tuckerl.types import FloatArray
 
 
@@ -17,6 +17,6 @@ def real_array(name: str, answer: object) -> FloatArray | None:
     refuse_mask(name, answer)
     try:
         values = np.asarray(answer)
-    except ValueError:  # lists of different lengths
+    except NO_ARRAY:
         return None
     return values.astype(np.float64) if values.dtype.kind in "biuf" else None

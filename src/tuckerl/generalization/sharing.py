@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tuckerl.checks import shown
 from tuckerl.errors import ParameterError
 from tuckerl.generalization.answers import real_array
 from tuckerl.interrupts import may_raise_interrupts
@@ -134,7 +135,7 @@ def custom_sharing(function: ShareFunction) -> SharingRule:
             return mixture
         raise ParameterError(
             f"the share function must return an agent's index from 0 to {n_agents - 1}, {n_agents} mixture weights "
-            f"that sum to 1, or None; got {answer!r}"
+            f"that sum to 1, or None; got {shown(answer)}"
         )
 
     return SharingRule(mix, True, "a function of the user's own")

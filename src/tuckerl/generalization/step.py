@@ -15,12 +15,10 @@ import numpy as np
 import scipy.linalg  # noqa: F401  # its BLAS must be loaded before it can be limited
 from threadpoolctl import ThreadpoolController
 
-from tuckerl.checks import check_int, check_name, check_real
+from tuckerl.checks import check_function, check_int, check_name, check_real, check_sequence
 from tuckerl.errors import (
     DecompositionError,
     DecompositionWarning,
-    ParameterError,
-    ParameterTypeError,
     RankWarning,
     SavedFileError,
     ZeroWeightWarning,
@@ -99,10 +97,11 @@ class TensorStep:
     def __post_init__(self) -> None:
         object.__setattr__(self, "every", check_int("every", self.every, 1))
         object.__setattr__(self, "ranks", _check_ranks(self.ranks))
-        if not callable(self.weights):
-            check_name("weights", self.weights, WEIGHTINGS)
-        if not callable(self.share):
-            check_name("share", self.share, SHARING_RULES)
+        for name, value, known in (("weights", self.weights, WEIGHTINGS), ("share", self.share, SHARING_RULES)):
+            if callable(value):
+                check_function(name, value, "decomposition" if name == "weights" else "context")
+            else:
+                check_name(name, value, known)
         object.__setattr__(self, "floor", check_real("floor", self.floor, 0.0, 1.0))
         object.__setattr__(self, "tol", check_real("tol", self.tol, 0.0))
         object.__setattr__(self, "max_iterations", check_int("max_iterations", self.max_iterations, 0))
@@ -333,12 +332,9 @@ class TensorStepState:
 
 
 def _check_ranks(ranks: object) -> tuple[int, ...]:
-    expected = "ranks must be four whole numbers of at least 1, for the state, action, episode and agent axes"
-    if isinstance(ranks, (str, bytes)) or not isinstance(ranks, (tuple, list, np.ndarray)):
-        raise ParameterTypeError(f"{expected}; got {ranks!r}")
-    if len(ranks) != 4:
-        raise ParameterError(f"{expected}; got {len(ranks)}: {tuple(ranks)}")
-    return tuple(check_int(f"the {axis} rank", rank, 1) for axis, rank in zip(_AXES, ranks, strict=True))
+    expected = "four whole numbers of at least 1, for the state, action, episode and agent axes"
+    asked = check_sequence("ranks", ranks, expected, 4)
+    return tuple(check_int(f"the {axis} rank", rank, 1) for axis, rank in zip(_AXES, asked, strict=True))
 
 
 _AXES = ("state", "action", "episode", "agent")

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import refuse_mask
-from tuckerl.errors import ParameterError
+from tuckerl.checks import shown, to_array
+from tuckerl.errors import ParameterError, ParameterTypeError
 from tuckerl.generalization.answers import real_array
 from tuckerl.interrupts import may_raise_interrupts
 from tuckerl.registers import load
@@ -53,7 +53,7 @@ def action_weights(action_factor: ArrayLike) -> FloatArray:
 
     Raises
     ------
-    ParameterError
+    ParameterError, ParameterTypeError
         If it is not a matrix of finite numbers, or all zero.
 
     References
@@ -65,12 +65,13 @@ def action_weights(action_factor: ArrayLike) -> FloatArray:
     >>> action_weights([[3.0], [4.0]])
     array([0.6, 0.8])
     """
-    refuse_mask("action_factor", action_factor)
-    factor = np.asarray(action_factor, dtype=np.float64)
+    expected = "an (A, R) matrix of finite numbers, not all zero"
+    given = to_array("action_factor", action_factor, expected)
+    if given.dtype.kind not in "biuf":
+        raise ParameterTypeError(f"action_factor must be {expected}; got dtype {given.dtype}")
+    factor = given.astype(np.float64)
     if factor.ndim != 2 or not np.isfinite(factor).all() or not factor.any():
-        raise ParameterError(
-            f"action_factor must be an (A, R) matrix of finite numbers, not all zero; got shape {factor.shape}"
-        )
+        raise ParameterError(f"action_factor must be {expected}; got shape {factor.shape}")
     norms: FloatArray = np.linalg.norm(factor, axis=1)
     return norms / np.linalg.norm(norms)
 
@@ -129,7 +130,7 @@ def custom_weighting(function: WeightFunction) -> Weighting:
         if weights is None or weights.shape != (n_actions,) or not np.isfinite(weights).all() or (weights < 0).any():
             raise ParameterError(
                 f"the weights function must return {n_actions} finite numbers of at least 0, one for each action; "
-                f"got {answer!r}"
+                f"got {shown(answer)}"
             )
         return weights
 

@@ -1,10 +1,10 @@
 """Loading a saved learner without knowing which one it is."""
 
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 from tuckerl.adapters.resolve import Environment
+from tuckerl.checks import check_path
 from tuckerl.errors import SavedFileError
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners import LEARNERS
@@ -45,7 +45,7 @@ def load(
     >>> type(tuckerl.load("agent.tuckerl")).__name__
     'Sarsa'
     """
-    saved = persistence.read(Path(path))
+    saved = persistence.read(check_path("path", path))
     own = [entry.load() for entry in LEARNERS]
     known = next((kind for kind in (*own, *_subclasses()) if saved.is_of(kind)), None)  # ours go before others
     if known is None:

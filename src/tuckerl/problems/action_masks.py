@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.checks import refuse_mask, shown
+from tuckerl.checks import NO_ARRAY, refuse_mask, shown
 from tuckerl.errors import ObservationError
 from tuckerl.types import BoolArray
 
@@ -84,7 +84,7 @@ def _entries(given: Any) -> np.ndarray[Any, Any] | None:
     refuse_mask("an action mask", given)
     try:
         entries = np.asarray(given)
-    except ValueError:  # rows of several lengths
+    except NO_ARRAY:
         return None
     return entries if entries.dtype.kind in "biuf" else None
 

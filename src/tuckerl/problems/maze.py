@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import check_int, check_name, check_real, refuse_mask
+from tuckerl.checks import NO_ARRAY, check_int, check_name, check_real, refuse_mask, shown
 from tuckerl.errors import MazeError, ParameterTypeError
 from tuckerl.memory import Part, check_memory
 from tuckerl.problems.immutable import Immutable
@@ -76,11 +76,12 @@ class Maze(Immutable):
 
     def state(self, cell: Cell) -> int:
         """Return the number of a cell."""
+        cell = _check_cell("cell", cell, self.walls.shape)
         return cell[0] * self.columns + cell[1]
 
     def cell(self, state: int) -> Cell:
         """Return the cell of a number."""
-        row, column = divmod(int(state), self.columns)
+        row, column = divmod(check_int("state", state, 0, self.n_states - 1), self.columns)
         return row, column
 
     def shortest_path(self) -> list[Cell]:
@@ -181,7 +182,7 @@ def random_maze(
     59
     """
     rows, columns = check_int("rows", rows, 1), check_int("columns", columns, 1)
-    deviation = check_real("deviation", deviation, 0.0)
+    deviation = check_real("deviation", deviation, 0.0) + 0.0  # -0.0 is below 0 to NumPy
     check_memory("a random maze", [Part("draws and walls", 20 * rows * columns, "use fewer rows or columns")])
     generator = np.random.default_rng(check_int("seed", seed, 0))
     start, goal = (_check_cell(name, cell, (rows, columns)) for name, cell in (("start", start), ("goal", goal)))
@@ -224,7 +225,7 @@ def check_walls(walls: ArrayLike) -> BoolArray:
     refuse_mask("walls", walls)
     try:
         array = np.asarray(walls)
-    except ValueError as error:  # rows of several lengths
+    except NO_ARRAY as error:
         raise MazeError(f"walls must be a (rows, columns) boolean array; {error}") from error
     if array.ndim != 2 or array.size == 0:
         raise MazeError(f"walls must be a (rows, columns) boolean array; got shape {array.shape}")
@@ -236,7 +237,7 @@ def check_walls(walls: ArrayLike) -> BoolArray:
 def _check_cell(name: str, cell: object, shape: tuple[int, ...]) -> Cell:
     pair = cell.tolist() if isinstance(cell, np.ndarray) else cell
     if not isinstance(pair, (tuple, list)) or len(pair) != 2:
-        raise ParameterTypeError(f"{name} must be a pair (row, column); got {cell!r}")
+        raise ParameterTypeError(f"{name} must be a pair (row, column); got {shown(cell)}")
     row, column = (check_int(f"{name}'s {part}", value) for part, value in zip(("row", "column"), pair, strict=True))
     if not (0 <= row < shape[0] and 0 <= column < shape[1]):
         raise MazeError(f"{name} must lie inside the {shape[0]} x {shape[1]} maze; got ({row}, {column})")

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, NotRequired, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tuckerl.checks import check_int, refuse_mask, shown
+from tuckerl.checks import NO_ARRAY, check_int, check_sequence, refuse_mask, shown
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.types import FloatArray
 
@@ -90,7 +90,8 @@ def check_layout(layout: Layout | None, n_states: int) -> Layout | None:
     """
     if layout is None:
         return None
-    rows, columns = (check_int("each of layout", size, 1) for size in layout)
+    sizes = check_sequence("layout", layout, "(rows, columns)", 2)
+    rows, columns = (check_int("each of layout", size, 1) for size in sizes)
     if rows * columns != n_states:
         raise ProblemError(f"layout must be (rows, columns) of {n_states} cells; got {layout}")
     return rows, columns
@@ -106,9 +107,11 @@ def check_action_names(names: Sequence[str] | None, n_actions: int) -> tuple[str
     """
     if names is None:
         return None
-    if len(names) != n_actions:
-        raise ProblemError(f"action_names must be {n_actions} names, one for each action; got {len(names)}")
-    return tuple(map(str, names))
+    expected = f"{n_actions} names, one for each action"
+    listed = list(names) if isinstance(names, str) else check_sequence("action_names", names, expected)
+    if len(listed) != n_actions:
+        raise ProblemError(f"action_names must be {expected}; got {len(listed)}")
+    return tuple(map(str, listed))
 
 
 def as_array(name: str, values: ArrayLike) -> NDArray[Any]:
@@ -124,7 +127,7 @@ def as_array(name: str, values: ArrayLike) -> NDArray[Any]:
     refuse_mask(name, values)
     try:
         return np.asarray(values)
-    except ValueError as error:
+    except NO_ARRAY as error:
         raise ProblemError(f"{name} must be one array; {error}") from error
 
 
@@ -153,7 +156,7 @@ def check_action_sizes(sizes: object, n_actions: int) -> tuple[int, ...]:
     if sizes is None:
         return (n_actions,)
     if not isinstance(sizes, (tuple, list)):
-        raise ParameterTypeError(f"action_sizes must be one whole number for each agent; got {sizes!r}")
+        raise ParameterTypeError(f"action_sizes must be one whole number for each agent; got {shown(sizes)}")
     checked = tuple(check_int("each of action_sizes", size, 1) for size in sizes)
     if math.prod(checked) != n_actions:
         raise ProblemError(f"action_sizes must multiply to the number of actions, {n_actions}; got {checked}")
@@ -170,10 +173,13 @@ def check_state_factors(factors: Sequence[tuple[str, int]] | None, n_states: int
     """
     if factors is None:
         return None
-    checked = tuple(StateFactor(str(name), check_int("each size of state_factors", size, 1)) for name, size in factors)
+    expected = "pairs (name, size)"
+    listed = check_sequence("state_factors", factors, expected)
+    pairs = [check_sequence("each of state_factors", pair, expected, 2) for pair in listed]
+    checked = tuple(StateFactor(str(name), check_int("each size of state_factors", size, 1)) for name, size in pairs)
     if math.prod(factor.size for factor in checked) != n_states:
         raise ProblemError(
-            f"the sizes of state_factors must multiply to the number of states, {n_states}; got {list(factors)}"
+            f"the sizes of state_factors must multiply to the number of states, {n_states}; got {shown(factors)}"
         )
     return checked
 
@@ -189,7 +195,7 @@ def check_states(observation: Any, n_states: int) -> NDArray[Any]:
     refuse_mask("an observation", observation)
     try:
         states = np.asarray(observation)
-    except ValueError:  # lists of different lengths
+    except NO_ARRAY:
         states = np.zeros(0)
     if states.dtype.kind not in "iu":
         hint = ""

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tuckerl._jit import compiled_function, kernel
-from tuckerl.checks import check_int
+from tuckerl.checks import check_int, shown
 from tuckerl.errors import ParameterTypeError, ProblemError, SavedFileError, SimulatorError
 from tuckerl.problems.dynamics import register_dynamics
 from tuckerl.problems.parts import NO_LIMIT, Layout, StoredSimulator, check_parameters
@@ -305,7 +305,7 @@ def _check_functions(functions: Functions) -> None:
         function = getattr(functions, role)
         python = getattr(function, "py_func", function)  # its user may have compiled it
         if not inspect.isfunction(python):
-            raise ParameterTypeError(f"{role} must be a function {role}{arguments}; got {function!r}")
+            raise ParameterTypeError(f"{role} must be a function {role}{arguments}; got {shown(function)}")
         try:
             inspect.signature(python).bind(*arguments.split(","))
         except TypeError as error:

@@ -14,7 +14,7 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from tuckerl.checks import check_int, refuse_mask
+from tuckerl.checks import NO_ARRAY, check_int, refuse_mask, shown
 from tuckerl.errors import ParameterError, ParameterTypeError, SpaceError
 from tuckerl.types import FloatArray
 
@@ -127,7 +127,7 @@ def bin_entries(bins: Any, dimensions: int, what: str) -> list[Any]:
     refuse_mask(f"bins of {what}", bins)
     listed = isinstance(bins, Sequence) or (isinstance(bins, np.ndarray) and bins.ndim > 0)
     if not listed or isinstance(bins, (str, bytes)):
-        raise ParameterTypeError(f"{expected}; got {bins!r}")
+        raise ParameterTypeError(f"{expected}; got {shown(bins)}")
     if len(bins) != dimensions:
         raise ParameterError(f"{expected}; got {len(bins)}: {bins!r}")
     return list(bins)
@@ -145,13 +145,13 @@ def _given_edges(name: str, entry: Any) -> FloatArray:
     refuse_mask(name, entry)
     try:
         edges = np.asarray(entry)
-    except ValueError:
-        raise ParameterTypeError(f"{expected}; got {entry!r}") from None
+    except NO_ARRAY:
+        raise ParameterTypeError(f"{expected}; got {shown(entry)}") from None
     if edges.size and edges.dtype.kind not in "iuf":
-        raise ParameterTypeError(f"{expected}; got {entry!r}")
+        raise ParameterTypeError(f"{expected}; got {shown(entry)}")
     edges = edges.astype(np.float64)
     if edges.ndim != 1 or not np.isfinite(edges).all() or not np.all(np.diff(edges) > 0):
-        raise ParameterError(f"{expected}; got {entry!r}")
+        raise ParameterError(f"{expected}; got {shown(entry)}")
     return _read_only(edges)
 
 

@@ -75,7 +75,7 @@ def space_encoder(space: gymnasium.Space[Any], bins: Bins | None = None, *, what
             return WholeNumberEncoder(space, box_bounds(space)[0], [e.size + 1 for e in edges], what, edges)
         return BinnedEncoder(space, edges, what)
     if bins is not None:
-        raise ParameterError(f"{what} {space} has no Box to cut into bins, so bins must be None; got {bins!r}")
+        raise ParameterError(f"{what} {space} has no Box to cut into bins, so bins must be None; got {shown(bins)}")
     if isinstance(space, Discrete):
         return WholeNumberEncoder(space, [space.start], [space.n], what)
     if isinstance(space, MultiDiscrete):
@@ -85,7 +85,7 @@ def space_encoder(space: gymnasium.Space[Any], bins: Bins | None = None, *, what
         return WholeNumberEncoder(space, [0] * n_bits, [2] * n_bits, what)
     raise SpaceError(
         f"{what} must be a Discrete, MultiDiscrete, MultiBinary or Box of Gymnasium, or a Tuple or Dict of these; "
-        f"got {space!r}"
+        f"got {shown(space)}"
     )
 
 
@@ -191,19 +191,21 @@ def _bins_of_parts(space: gymnasium.Space[Any], bins: Bins | None, what: str) ->
     if bins is None:
         return dict.fromkeys(parts)
     if n_dimensions(space) == 0:
-        raise ParameterError(f"{what} {space} has no Box to cut into bins, so bins must be None; got {bins!r}")
+        raise ParameterError(f"{what} {space} has no Box to cut into bins, so bins must be None; got {shown(bins)}")
     if isinstance(bins, Integral) and not isinstance(bins, bool):
         return {key: bins if n_dimensions(part) else None for key, part in parts.items()}
     if isinstance(space, Dict):
         if not isinstance(bins, Mapping):
-            raise ParameterTypeError(f"bins of {what} must be a whole number or a mapping by its keys; got {bins!r}")
+            raise ParameterTypeError(
+                f"bins of {what} must be a whole number or a mapping by its keys; got {shown(bins)}"
+            )
         unknown = [key for key in bins if key not in parts]
         if unknown:
             raise ParameterError(f"bins of {what} must have keys of {space}; got {', '.join(map(repr, unknown))}")
         return {key: bins.get(key) for key in parts}
     if not isinstance(bins, Sequence) or isinstance(bins, str):
         raise ParameterTypeError(
-            f"bins of {what} must be a whole number or a sequence with an entry for each part; got {bins!r}"
+            f"bins of {what} must be a whole number or a sequence with an entry for each part; got {shown(bins)}"
         )
     if len(bins) != len(parts):
         raise ParameterError(

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.spaces import Box, Dict, Discrete, MultiBinary, Tuple
 from numpy.typing import NDArray
 
-from tuckerl.checks import check_int, refuse_mask, shown
+from tuckerl.checks import NO_ARRAY, check_int, refuse_mask, shown
 from tuckerl.errors import ObservationError, ParameterError, SpaceError
 from tuckerl.spaces.bins import bin_middle, box_bounds
 from tuckerl.spaces.encode_functions import (
@@ -175,7 +175,7 @@ class ArrayEncoder(SpaceEncoder):
         refuse_mask(self._what, values)
         try:
             array = np.asarray(values)
-        except ValueError:
+        except NO_ARRAY:
             return None
         return array if array.dtype.kind in self._kinds else None
 

@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import check_int, check_real, refuse_mask
+from tuckerl.checks import NO_ARRAY, check_int, check_real, refuse_mask
 from tuckerl.errors import ParameterTypeError, RankWarning, TensorError, warn
 from tuckerl.interrupts import is_impatient
 from tuckerl.tensor.modes import Floats, fold, multiply_mode, unfold
@@ -319,7 +319,7 @@ def _check_tensor(X: ArrayLike) -> Floats:
     refuse_mask("a tensor to decompose", X)
     try:
         array = np.asarray(X)
-    except ValueError as error:
+    except NO_ARRAY as error:
         raise ParameterTypeError(f"a tensor to decompose must be an array; got ragged lists: {advice}") from error
     if array.ndim == 0 or array.dtype.kind in "OSUMm":
         raise ParameterTypeError(

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tuckerl.checks import check_int, refuse_mask
+from tuckerl.checks import check_int, check_sequence, to_array
 from tuckerl.errors import TensorError
 
 Floats = NDArray[np.float64]
@@ -51,9 +51,8 @@ def unfold(X: NDArray[Any], mode: int) -> NDArray[Any]:
     array([[0, 1, 4, 5],
            [2, 3, 6, 7]])
     """
-    refuse_mask("X", X)
-    X = np.asarray(X)
-    mode = check_int("mode", mode, 0, X.ndim - 1)
+    X = to_array("X", X, "an array")
+    mode = _check_mode(mode, X.ndim)
     return np.moveaxis(X, mode, 0).reshape(X.shape[mode], math.prod(X.shape[:mode] + X.shape[mode + 1 :]))
 
 
@@ -87,10 +86,9 @@ def fold(matrix: NDArray[Any], mode: int, shape: Sequence[int]) -> NDArray[Any]:
     >>> np.array_equal(fold(unfold(X, 2), 2, (2, 3, 4)), X)
     True
     """
-    refuse_mask("matrix", matrix)
-    matrix = np.asarray(matrix)
-    sizes = tuple(shape)
-    mode = check_int("mode", mode, 0, len(sizes) - 1)
+    matrix = to_array("matrix", matrix, "an array")
+    sizes = tuple(check_int("each of shape", size, 0) for size in check_sequence("shape", shape, "a tensor's sizes"))
+    mode = _check_mode(mode, len(sizes))
     others = sizes[:mode] + sizes[mode + 1 :]
     if matrix.shape != (sizes[mode], math.prod(others)):
         raise TensorError(
@@ -130,16 +128,23 @@ def mode_product(X: NDArray[Any], matrix: NDArray[Any], mode: int) -> NDArray[An
     array([[ 3.],
            [12.]])
     """
-    refuse_mask("X", X)
-    refuse_mask("matrix", matrix)
-    X, matrix = np.asarray(X), np.asarray(matrix)
-    mode = check_int("mode", mode, 0, X.ndim - 1)
+    X, matrix = to_array("X", X, "an array"), to_array("matrix", matrix, "an array")
+    mode = _check_mode(mode, X.ndim)
+    for name, array in (("X", X), ("matrix", matrix)):
+        if array.dtype.kind not in "biufc":
+            raise TensorError(f"{name} of a mode product must hold numbers; got dtype {array.dtype}")
     if matrix.ndim != 2 or matrix.shape[1] != X.shape[mode]:
         raise TensorError(
             f"the matrix of a mode-{mode} product with a tensor of shape {X.shape} must have shape "
             f"(any, {X.shape[mode]}); got {matrix.shape}: transpose it or choose another mode"
         )
     return multiply_mode(X, matrix, mode)
+
+
+def _check_mode(mode: object, order: int) -> int:
+    if order == 0:
+        raise TensorError("a tensor must have at least one mode; got none: a single number has no unfolding")
+    return check_int("mode", mode, 0, order - 1)
 
 
 def multiply_mode(X: NDArray[Any], matrix: NDArray[Any], mode: int) -> NDArray[Any]:

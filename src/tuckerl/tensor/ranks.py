@@ -15,8 +15,7 @@ References
 import math
 from collections.abc import Sequence
 
-from tuckerl.checks import check_int
-from tuckerl.errors import ParameterError, ParameterTypeError
+from tuckerl.checks import check_int, check_sequence
 
 Ranks = tuple[int, ...]
 
@@ -31,13 +30,7 @@ def check_ranks(ranks: Sequence[int], order: int) -> Ranks:
     ParameterError
         If there is not one for each of the `order` modes, or one is not positive.
     """
-    expected = f"ranks must be {order} whole numbers, one for each mode of the tensor"
-    try:
-        asked = tuple(ranks)
-    except TypeError:
-        raise ParameterTypeError(f"{expected}; got {ranks!r}: pass a tuple such as {(2,) * order}") from None
-    if len(asked) != order:
-        raise ParameterError(f"{expected}; got {len(asked)}, {asked}: pass as many as the tensor has axes")
+    asked = check_sequence("ranks", ranks, f"{order} whole numbers, one for each mode of the tensor", order)
     return tuple(check_int(f"ranks[{mode}]", rank, low=1) for mode, rank in enumerate(asked))
 
 

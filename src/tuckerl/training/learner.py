@@ -8,7 +8,6 @@ evaluation (`prediction`, `evaluation`) and files (`persistence`).
 from collections.abc import Callable, Mapping, Sequence
 from inspect import signature
 from os import PathLike
-from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from tuckerl.adapters.judging import judged_in
 from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment, as_problem, check_compiled
-from tuckerl.checks import check_flag, check_int, check_name, check_real
+from tuckerl.checks import check_flag, check_int, check_name, check_path, check_real
 from tuckerl.errors import (
     DivergenceWarning,
     LearnerError,
@@ -445,13 +444,14 @@ class Learner(Copyable):
         ProblemError
             If the environment cannot be copied.
         """
+        path = check_path("path", path)
         try:
-            saved = persistence.read(Path(path))
+            saved = persistence.read(path)
             is_ours = saved.is_of(type(self))
             is_ours &= bool((saved.seed.generate_state(4) == self.seed_sequence.generate_state(4)).all())
             if not is_ours:
                 return None
-            with reading(Path(path)):
+            with reading(path):
                 held = persistence.read_state(saved, self._state)
         except (SavedFileError, SavedFileMissingError):
             return None
@@ -500,7 +500,7 @@ class Learner(Copyable):
             If it cannot be written.
         """
         with self._owner.at_rest("save()"):
-            persistence.save(self, self._state, self._prediction_rng, Path(path))
+            persistence.save(self, self._state, self._prediction_rng, check_path("path", path))
 
     @classmethod
     def load(
@@ -529,7 +529,7 @@ class Learner(Copyable):
         FileNotFoundError
             If there is none.
         """
-        saved = persistence.read(Path(path))
+        saved = persistence.read(check_path("path", path))
         return persistence.load(cls, saved, env=env, tensor_step=tensor_step, changes=parameters)
 
     def restore(self, saved: persistence.SavedLearner) -> None:

@@ -9,8 +9,8 @@ from abc import ABCMeta
 from collections.abc import Mapping
 from typing import Any, ClassVar, Never
 
-from tuckerl.checks import did_you_mean
-from tuckerl.errors import ImmutableError, ParameterError
+from tuckerl.checks import did_you_mean, shown
+from tuckerl.errors import ImmutableError, ParameterError, ParameterTypeError
 from tuckerl.problems.immutable import seal
 from tuckerl.training.agent_arrays import Settings
 from tuckerl.training.learned import Learned
@@ -114,8 +114,11 @@ class LiveParameters(Learned, metaclass=_Sealing):
 
         The constructor runs again. Whatever it raises, nothing has changed then.
         """
+        if not isinstance(changes, Mapping):
+            raise ParameterTypeError(f"changes must be a mapping of parameters by name; got {shown(changes)}")
         if not changes:
             return
+        self.check_changes(changes)
         parameters = given_parameters(self)
         if changes.get("policy") is not None:  # it takes the place of what made the default policy
             parameters = {name: parameters[name] for name in parameters.keys() - {"epsilon", "epsilon_decay"}}

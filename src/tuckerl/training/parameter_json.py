@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from tuckerl.checks import shown
 from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.training.policies import POLICIES, policy_class
 from tuckerl.training.policies.policy import Policy
@@ -74,7 +75,7 @@ def _policy_to_json(policy: Policy) -> dict[str, Any]:
     """Return a registered policy by its class and its constructor's parameters, which it keeps as attributes."""
     kind = type(policy).__name__
     if kind not in POLICIES or policy_class(kind) is not type(policy):
-        raise ParameterError(f"only tuckerl's own policies can be saved in a file; {policy!r} is none of them")
+        raise ParameterError(f"only tuckerl's own policies can be saved in a file; {shown(policy)} is none of them")
     return {"policy": kind} | {name: to_json(name, getattr(policy, name)) for name in policy.parameters()}
 
 

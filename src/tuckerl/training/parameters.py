@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import check_flag, check_real
+from tuckerl.checks import check_flag, check_real, shown
 from tuckerl.errors import LearnerError, ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.snapshots import one_number
@@ -175,7 +175,7 @@ def check_alpha(alpha: Any) -> Schedule:
         return as_schedule("alpha", alpha, positive=True)
     schedule = as_schedule("alpha", alpha)
     if not schedule.values(2).any():
-        raise ParameterError(f"alpha must not be 0 in all episodes, as nothing would be learned; got {alpha!r}")
+        raise ParameterError(f"alpha must not be 0 in all episodes, as nothing would be learned; got {shown(alpha)}")
     return schedule
 
 
@@ -189,7 +189,7 @@ def check_step(step: object) -> TensorStep | None:
     """
     if step is None or isinstance(step, TensorStep):
         return step
-    raise ParameterTypeError(f"tensor_step must be a tuckerl.TensorStep or None; got {step!r}")
+    raise ParameterTypeError(f"tensor_step must be a tuckerl.TensorStep or None; got {shown(step)}")
 
 
 def check_policy(policy: object, epsilon: Any, decay: float) -> Policy:
@@ -205,7 +205,7 @@ def check_policy(policy: object, epsilon: Any, decay: float) -> Policy:
     if policy is None:
         return EpsilonGreedy(0.1 if epsilon is None else epsilon, decay)
     if not isinstance(policy, Policy):
-        raise ParameterTypeError(f"policy must be a policy such as tuckerl.EpsilonGreedy(0.1); got {policy!r}")
+        raise ParameterTypeError(f"policy must be a policy such as tuckerl.EpsilonGreedy(0.1); got {shown(policy)}")
     if epsilon is not None or decay != 1.0:
         raise ParameterError(f"epsilon belongs to the default policy: leave it out, or leave out policy={policy!r}")
     return policy
@@ -235,7 +235,7 @@ def check_initial_q(initial_q: object, shape: tuple[int, int]) -> FloatArray:
     expected = f"initial_q must be one finite number or finite numbers of shape {shape}"
     table = real_array("initial_q", initial_q)
     if table is None:
-        raise ParameterTypeError(f"{expected}; got {initial_q!r}")
+        raise ParameterTypeError(f"{expected}; got {shown(initial_q)}")
     if table.shape != shape or not np.isfinite(table).all():
         raise ParameterError(
             f"{expected}; got shape {table.shape}{'' if np.isfinite(table).all() else ' with NaN or infinity in it'}"

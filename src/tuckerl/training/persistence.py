@@ -16,7 +16,8 @@ import numpy as np
 from tuckerl._version import __version__
 from tuckerl.adapters.kinds import restore_problem, save_problem
 from tuckerl.adapters.resolve import Environment
-from tuckerl.errors import ParameterError, SavedFileError
+from tuckerl.checks import shown
+from tuckerl.errors import ParameterError, ParameterTypeError, SavedFileError
 from tuckerl.generalization.snapshots import one_number
 from tuckerl.generalization.step import TensorStep
 from tuckerl.rng import restore_generator
@@ -198,9 +199,13 @@ def restore(saved: SavedLearner, state: TrainingState, prediction_rng: np.random
 
     Raises
     ------
+    ParameterTypeError
+        If it is no such content.
     SavedFileError
         If it holds what no such learner has.
     """
+    if not isinstance(saved, SavedLearner):
+        raise ParameterTypeError(f"restore() takes what load() has read of a file; got {shown(saved)}")
     held = read_state(saved, state)
     restore_generator(prediction_rng, saved.header["prediction_rng"])
     worlds = saved.header.get("worlds", [{} for _ in state.worlds])
@@ -276,7 +281,7 @@ def _restored_step(header: Header | None, given: TensorStep | None, path: Path) 
         if not same:
             before = "a function" if value is None else repr(value)
             raise ParameterError(
-                f"tensor_step must be the one that {path} was saved with: its {name} was {before}; got {now!r}"
+                f"tensor_step must be the one that {path} was saved with: its {name} was {before}; got {shown(now)}"
             )
     return given
 

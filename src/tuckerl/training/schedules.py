@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.checks import check_int, check_name, check_real
+from tuckerl.checks import check_int, check_name, check_real, shown
 from tuckerl.errors import ParameterError, ParameterTypeError, SavedFileError
+from tuckerl.memory import Part, check_memory
 from tuckerl.saved_arrays import SavedArrays
 from tuckerl.types import FloatArray
 
@@ -123,7 +124,7 @@ class Exponential(Schedule):
 
     def values(self, n_episodes: int) -> FloatArray:
         """Return the running product, rounded after each factor."""
-        factors = np.full(n_episodes, self.decay)
+        factors = np.full(_count(n_episodes), self.decay)
         factors[:1] = self.start
         return np.maximum(np.multiply.accumulate(factors), self.minimum)
 
@@ -152,7 +153,7 @@ class Linear(Schedule):
 
     def values(self, n_episodes: int) -> FloatArray:
         """Return the numbers of the first episodes."""
-        part = np.minimum(np.arange(n_episodes) / self.episodes, 1.0)
+        part = np.minimum(np.arange(_count(n_episodes)) / self.episodes, 1.0)
         return self.start * (1.0 - part) + self.stop * part
 
     @property
@@ -182,7 +183,7 @@ class Harmonic(Schedule):
 
     def values(self, n_episodes: int) -> FloatArray:
         """Return the numbers of the first episodes."""
-        values: FloatArray = self.start / (1.0 + np.arange(n_episodes) / self.half_after)
+        values: FloatArray = self.start / (1.0 + np.arange(_count(n_episodes)) / self.half_after)
         return values
 
     @property
@@ -192,6 +193,14 @@ class Harmonic(Schedule):
 
 
 SCHEDULES = {kind.__name__: kind for kind in (Exponential, Linear, Harmonic)}
+
+
+def _count(n_episodes: int) -> int:
+    """Return a number of episodes, of which there are the values in memory."""
+    n_episodes = check_int("n_episodes", n_episodes, 0)
+    if n_episodes > 2**20:  # asking what is free takes longer than a few values
+        check_memory("a schedule", [Part("values by episode", 24 * n_episodes, "ask for fewer episodes")])
+    return n_episodes
 
 
 def _check_numbers(schedule: Any) -> None:
@@ -229,9 +238,11 @@ def as_schedule(name: str, value: object, decay: float = 1.0, *, positive: bool 
         return Exponential(check_real(name, value, 0.0, 1.0, low_open=positive), decay)
     if type(value) not in SCHEDULES.values():  # no file could hold it
         known = ", ".join(f"tuckerl.{kind}" for kind in SCHEDULES)
-        raise ParameterTypeError(f"{name} must be a number or one of the schedules {known}; got {value!r}")
+        raise ParameterTypeError(f"{name} must be a number or one of the schedules {known}; got {shown(value)}")
     if positive and not value.is_positive:
-        raise ParameterError(f"{name} must stay above 0 in all episodes; {value!r} falls to 0: give it an end above 0")
+        raise ParameterError(
+            f"{name} must stay above 0 in all episodes; {shown(value)} falls to 0: give it an end above 0"
+        )
     if decay != 1.0:
         raise ParameterError(f"{name} is a schedule already: leave {name}_decay at 1; got {decay}")
     return value

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tuckerl.errors import ProblemError
+from tuckerl.checks import shown
+from tuckerl.errors import ParameterTypeError, ProblemError
 from tuckerl.generalization.loadings import EPISODES, Loadings
 from tuckerl.generalization.step_history import TensorStepHistory
 from tuckerl.problems.parts import Layout, check_layout
@@ -98,9 +99,13 @@ def check_inspection(inspection: Inspection) -> None:
 
     Raises
     ------
+    ParameterTypeError
+        If it is no inspection.
     ProblemError
         If a shape contradicts that of the tables.
     """
+    if not isinstance(inspection, Inspection):
+        raise ParameterTypeError(f"inspection must be what inspect_learner returns; got {shown(inspection)}")
     if inspection.q.ndim != 3 or 0 in inspection.q.shape:
         raise ProblemError(f"q must have the shape (N, S, A), no axis empty; got {inspection.q.shape}")
     n_agents, n_states, n_actions = inspection.q.shape

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from tuckerl.checks import check_text, shown
+from tuckerl.errors import ParameterTypeError
 from tuckerl.problems.parts import Layout, check_action_names, check_layout
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.learner_text import name_of
@@ -31,6 +33,8 @@ def inspect_learner(
 
     Raises
     ------
+    ParameterTypeError
+        If it is no learner.
     ProblemError
         If `layout` or `action_names` does not fit.
 
@@ -41,6 +45,9 @@ def inspect_learner(
     >>> inspection.layout, list(inspection.action_names)
     ((4, 4), ['left', 'down', 'right', 'up'])
     """
+    if not isinstance(learner, Learner):
+        raise ParameterTypeError(f"learner must be one of tuckerl's learners; got {shown(learner)}")
+    title = None if title is None else check_text("title", title)
     problem = learner.problem
     names = check_action_names(action_names, problem.n_actions) or problem.action_names
     return Inspection(

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import refuse_mask
+from tuckerl.checks import check_text, to_array
 from tuckerl.errors import ProblemError, TensorError
 from tuckerl.generalization.loadings import Loadings
 from tuckerl.generalization.step_history import empty_history
@@ -62,8 +62,10 @@ def inspect_tensor(
     >>> inspection.q.shape, inspection.loadings.states.size, round(inspection.loadings.fit, 6)
     ((1, 6, 2), 6, 1.0)
     """
-    refuse_mask("X", X)
-    tensor = np.asarray(X)
+    title = None if title is None else check_text("title", title)
+    tensor = to_array("X", X, "a tensor of Q-tables")
+    if tensor.dtype.kind not in "biuf":
+        raise TensorError(f"a tensor of Q-tables must hold numbers; got dtype {tensor.dtype}")
     if tensor.ndim != 4:
         raise TensorError(
             f"a tensor of Q-tables must have the axes (state, action, episode, agent); got shape {tensor.shape}: "
@@ -72,13 +74,16 @@ def inspect_tensor(
     n_states, n_actions, n_episodes, n_agents = tensor.shape
     check_layout(layout, n_states)
     names = check_action_names(action_names, n_actions) or map(str, range(n_actions))
-    if blocked is not None and np.shape(blocked) != (n_states,):
-        raise ProblemError(f"blocked must hold {n_states} booleans, one for each state; got {np.shape(blocked)}")
+    if blocked is not None:
+        expected = f"{n_states} booleans, one for each state"
+        blocked = to_array("blocked", blocked, expected)
+        if blocked.shape != (n_states,) or blocked.dtype.kind != "b":
+            raise ProblemError(f"blocked must be {expected}; got dtype {blocked.dtype} of shape {blocked.shape}")
     return Inspection(
         title=title or f"Q-tables of {n_states} states, {n_actions} actions, {n_episodes} episodes, {n_agents} agents",
         q=np.ascontiguousarray(np.moveaxis(tensor[:, :, -1, :], 2, 0), dtype=np.float64),
         layout=layout,
-        blocked=None if blocked is None else np.asarray(blocked, dtype=np.bool_),
+        blocked=blocked,
         action_names=list(names),
         history=empty_history(n_actions),
         loadings=_loadings(tensor, ranks),

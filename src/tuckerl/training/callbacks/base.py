@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from tuckerl.checks import check_int
+from tuckerl.checks import check_function, check_int, shown
 from tuckerl.errors import ParameterTypeError
 from tuckerl.progress import progress_bar
 
@@ -74,10 +74,12 @@ def _as_callbacks(callbacks: Sequence[CallbackLike]) -> tuple[Callback, ...]:
     try:
         listed = tuple(callbacks)
     except TypeError as error:
-        raise ParameterTypeError(f"{expected}; got {callbacks!r}: put it into a list") from error
+        raise ParameterTypeError(f"{expected}; got {shown(callbacks)}: put it into a list") from error
     for callback in listed:
         if isinstance(callback, type) or not (isinstance(callback, Callback) or callable(callback)):
-            raise ParameterTypeError(f"{expected}; got {callback!r} among them")
+            raise ParameterTypeError(f"{expected}; got {shown(callback)} among them")
+        if not isinstance(callback, Callback):
+            check_function("a callback", callback, "learner")
     return tuple(callback if isinstance(callback, Callback) else _Function(callback) for callback in listed)
 
 

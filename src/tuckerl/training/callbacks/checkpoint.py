@@ -1,9 +1,9 @@
 """Save a learner again and again while it learns."""
 
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tuckerl.checks import check_path
 from tuckerl.files import check_folder_of
 from tuckerl.training.callbacks.base import Callback
 
@@ -37,7 +37,7 @@ class Checkpoint(Callback):
 
     def __init__(self, path: str | PathLike[str], *, every: int | None = None) -> None:
         super().__init__(every)
-        self.path = Path(path)
+        self.path = check_path("path", path)
         self._saved_at: int | None = None
 
     def on_start(self, learner: "Learner") -> None:

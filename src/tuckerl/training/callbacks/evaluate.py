@@ -2,10 +2,9 @@
 
 import math
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from tuckerl.checks import check_int
+from tuckerl.checks import check_int, check_path
 from tuckerl.files import check_folder_of
 from tuckerl.rng import seed_sequence
 from tuckerl.training.callbacks.base import Callback
@@ -63,7 +62,7 @@ class Evaluate(Callback):
         super().__init__(every)
         self.episodes = check_int("episodes", episodes, 1)
         self.seed = None if seed is None else seed_sequence(seed)
-        self.best = None if best is None else Path(best)
+        self.best = None if best is None else check_path("best", best)
         self.history: list[Evaluated] = []
         self._best_mean = -math.inf
 

@@ -9,11 +9,11 @@ import json
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from tuckerl.checks import check_path
 from tuckerl.files import write_whole
 from tuckerl.training.callbacks.base import Callback
 from tuckerl.types import FloatArray
@@ -77,7 +77,7 @@ class _Log(Callback, ABC):
 
     def __init__(self, path: str | PathLike[str], *, every: int | None = None) -> None:
         super().__init__(every)
-        self.path = Path(path)
+        self.path = check_path("path", path)
         self._lines: list[str] = []
         self._told = 0  # episodes of which there are rows
 

@@ -4,9 +4,9 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tuckerl.checks import check_path
 from tuckerl.errors import MissingExtraError, OutputError
 from tuckerl.files import FULL
 from tuckerl.training.callbacks.base import Callback
@@ -46,7 +46,7 @@ class TensorBoard(Callback):
 
     def __init__(self, folder: str | PathLike[str], *, every: int | None = None) -> None:
         super().__init__(every)
-        self.folder = Path(folder)
+        self.folder = check_path("folder", folder)
         self._library = _library()
         self._writer: Any = None
         self._told = 0  # episodes of whose windows there are points

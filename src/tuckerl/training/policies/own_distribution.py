@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from tuckerl._jit import kernel
+from tuckerl.checks import check_real, check_text
 from tuckerl.errors import ParameterError
 from tuckerl.rng import uniform
 from tuckerl.training.agent_arrays import AgentArrays
@@ -72,11 +73,17 @@ class OwnDistribution(Policy):
         The probability of a random action instead, while learning.
     decay : float in [0, 1]
         Multiplies epsilon after each episode.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError
+        If a number is out of its range, or one is of the wrong type.
     """
 
     def __init__(self, name: str, epsilon: float | Schedule = 0.0, decay: float = 1.0) -> None:
-        self._schedule = as_schedule("epsilon", epsilon, decay)
-        self.name, self.epsilon, self.decay = name, as_number(epsilon), float(decay)
+        self.decay = check_real("decay", decay, 0.0, 1.0)
+        self._schedule = as_schedule("epsilon", epsilon, self.decay)
+        self.name, self.epsilon = check_text("name", name), as_number(epsilon)
 
     def schedules(self) -> dict[str, Schedule]:
         """Return epsilon's schedule."""

@@ -1,0 +1,149 @@
+"""What came through unnamed when calls were made with odd arguments, a case of each kind."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+import tuckerl
+from tests.calls.values import learner, mdp
+from tuckerl import cli, errors
+from tuckerl.environments.robot_rescue_env import RobotRescueEnv
+from tuckerl.reports.inspect import inspect_learner, inspect_tensor, inspection_figures, write_inspection
+from tuckerl.spaces.encoder import space_encoder
+from tuckerl.training.policies.own_distribution import OwnDistribution
+
+X = np.ones((4, 2, 3, 2))
+MAZE = tuckerl.sutton_maze()
+HUGE = 10**5000  # which Python does not write
+
+
+def of_table(**parts: Any) -> tuckerl.TabularMDP:
+    return tuckerl.TabularMDP([[0, 0]], [[0.0, 0.0]], [[True, True]], **parts)
+
+
+def begun(env: Any) -> Any:
+    env.reset(seed=0)
+    return env
+
+
+WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
+    "Checkpoint": (tuckerl.Checkpoint, [3, b"a", None], "path must be a path"),
+    "CsvLog": (tuckerl.CsvLog, [0.5, ["a"]], "path must be a path"),
+    "JsonLinesLog": (tuckerl.JsonLinesLog, [0, "\0", "\ud800"], "path must"),
+    "TensorBoard": (tuckerl.TensorBoard, [0, {}], "folder must be a path"),
+    "Evaluate": (lambda v: tuckerl.Evaluate(best=v), [0, np.ones(2)], "best must be a path"),
+    "save": (lambda v: learner().save(v), [None, 1, "a\0"], "path must"),
+    "Learner.load": (tuckerl.QLearning.load, [None, b"a"], "path must be a path"),
+    "load": (tuckerl.load, [None, (1, 2)], "path must be a path"),
+    "evaluate_saved": (lambda v: learner().evaluate_saved(v), [None, len], "path must be a path"),
+    "restore": (lambda v: learner().restore(v), [None, [1]], r"restore\(\) takes what load\(\) has read"),
+    "change": (lambda v: learner().change(v), [None, [1], np.ones(2)], "changes must be a mapping"),
+    "change to what there is not": (lambda v: learner().change({"lr": v}), [1], "no parameter 'lr': use alpha"),
+    "Linear.values": (tuckerl.Linear(1, 0, 3).values, [-1, [3], None, len], "n_episodes must be a whole number"),
+    "Harmonic.values": (tuckerl.Harmonic(1, 3).values, ["3", 2.0], "n_episodes must be a whole number"),
+    "too many values": (tuckerl.Exponential(1).values, [10**15, 10**30], "a schedule would take"),
+    "OwnDistribution": (OwnDistribution, [None, 3, b"x"], "name must be text"),
+    "its decay": (lambda v: OwnDistribution("x", decay=v), [1j, "1", 2], "decay must be a number in"),
+    "an environment's class": (
+        tuckerl.QLearning,
+        [tuckerl.TabularMDP, lambda x: x],
+        r"env, as it makes .* must take \(\)",
+    ),
+    "quantile_edges": (lambda v: tuckerl.quantile_edges(v, 2), [lambda x: x], r"must take \(\); got"),
+    "layout": (
+        lambda v: of_table(layout=v),
+        [3, "ab", (1,), iter([1, 1]), range(10**30)],
+        r"layout must be \(rows, columns\)",
+    ),
+    "action_names": (lambda v: of_table(action_names=v), [3, "a", ("a",), iter("ab")], "action_names must be 2 names"),
+    "state_factors": (lambda v: of_table(state_factors=v), [1, [1], [("a",)], ["a1"]], "state_factors must be pairs"),
+    "arrays": (
+        lambda v: tuckerl.TabularMDP(v, [[0.0]], [[True]]),
+        [[[0], [0, 0]], range(10**18)],
+        "next_state must be one array",
+    ),
+    "action_weights": (tuckerl.action_weights, ["x", [[1], [1, 2]], [[1j]], None], "action_factor must be an"),
+    "Maze.state": (MAZE.state, [0.5, (1,), (9, 9), "ab"], "cell('s row)? must"),
+    "Maze.cell": (MAZE.cell, [-1, 54, 0.5, "a", np.ma.masked], "state must be a whole number from 0 to 53"),
+    "walls": (lambda v: tuckerl.Maze(v, (0, 0), (1, 1)), [range(10**18), [[1], [1, 2]]], "walls must be"),
+    "unfold": (lambda v: tuckerl.unfold(v, 0), [3, None, [[1], [1, 2]]], "(X|a tensor) must"),
+    "fold": (lambda v: tuckerl.fold(np.ones((2, 2)), 0, v), [3, "ab", (2, 0.5), (2, -2)], "(each of )?shape must be"),
+    "mode_product": (lambda v: tuckerl.mode_product(X, v, 0), [[["a"] * 4], [[1], [1, 2]]], "matrix .*must"),
+    "ranks": (lambda v: tuckerl.tucker(X, v), [3, "abcd", {1, 2, 3, 4}, (1, 1)], "ranks must be 4 whole numbers"),
+    "weights": (
+        lambda v: tuckerl.TensorStep(2, (1, 1, 1, 1), v),
+        [lambda: 0, lambda a, b: 0],
+        r"weights must take \(decomp",
+    ),
+    "share": (lambda v: tuckerl.TensorStep(2, (1, 1, 1, 1), share=v), [lambda: 0], r"share must take \(context\)"),
+    "callbacks": (lambda v: learner().learn(1, callbacks=v), [3, "ab", print, {1}], "callbacks must be a sequence"),
+    "a callback": (lambda v: learner().learn(1, callbacks=[v]), [lambda: 0], r"a callback must take \(learner\)"),
+    "kernel": (tuckerl.kernel, [3, gymnasium.Env, len], "a kernel must be a Python function"),
+    "compiled": (lambda v: tuckerl.QLearning(mdp(), compiled=v), [np.zeros(0), np.zeros(2)], "compiled must be"),
+    "team_reward": (lambda v: tuckerl.TeamQ(mdp(), team_reward=v), [np.zeros(2)], "team_reward is for PettingZoo"),
+    "JointEnv": (lambda v: tuckerl.JointEnv(RobotRescueEnv(), v), [np.zeros(0), ["mean"]], "reward must be one of"),
+    "SplitEnv": (
+        lambda v: tuckerl.SplitEnv(tuckerl.JointEnv(RobotRescueEnv()), v),
+        [3, [[], []], "ab"],
+        "agents must be 2",
+    ),
+    "actions": (begun(RobotRescueEnv()).step, [3, None, [1, 2], True], "actions must name robot_0 and robot_1"),
+    "inspect_learner": (inspect_learner, [None, mdp()], "learner must be one of tuckerl's"),
+    "title": (lambda v: inspect_learner(learner(), title=v), [3, np.ones(2)], "title must be text"),
+    "title of a tensor": (lambda v: inspect_tensor(X, (1, 1, 1, 1), title=v), [b"x"], "title must be text"),
+    "tables": (
+        lambda v: inspect_tensor(v, (1, 1, 1, 1)),
+        [[[1], [1, 2]], np.full((1, 1, 1, 1), "a")],
+        "tensor of Q-tables",
+    ),
+    "blocked": (lambda v: inspect_tensor(X, (1, 1, 1, 1), blocked=v), [np.ones(4), [[1], [1, 2]]], "blocked must be 4"),
+    "inspection_figures": (inspection_figures, [None, "x"], "inspection must be what inspect_learner returns"),
+    "write_inspection": (lambda v: write_inspection(v, Path("page")), [b"x"], "inspection must be what"),
+    "numbers of thousands of digits": (lambda v: mdp().with_time_limit(v), [-HUGE], "got about 10"),
+    "and of bins": (lambda v: space_encoder(gymnasium.spaces.Discrete(2), v), [HUGE], "bins must be None; got about"),
+}
+
+
+@pytest.mark.parametrize("place", WRONG)
+def test_odd_arguments_are_named(place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    call, values, message = WRONG[place]
+    for value in values:
+        with pytest.raises(errors.TuckerlError, match=message) as refused:
+            call(value)
+        assert len(str(refused.value)) <= errors.LONGEST_MESSAGE
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_refused_change_changes_nothing() -> None:
+    agent = learner()
+    with pytest.raises(errors.ParameterTypeError):
+        agent.change({"alpha": 0.5, "lr": 1})
+    assert agent.alpha == 0.1
+    agent.change({"alpha": 0.5})
+    assert agent.alpha == 0.5
+
+
+def test_text_of_another_class_is_kept_as_plain_text(tmp_path: Path) -> None:
+    class Text(str):
+        __slots__ = ()
+
+    agent = learner()
+    agent.ties = Text("first")
+    agent.save(tmp_path / "agent")
+    assert tuckerl.QLearning.load(tmp_path / "agent").ties == "first"
+
+
+def test_a_deviation_of_minus_zero_is_zero() -> None:
+    np.testing.assert_array_equal(tuckerl.random_maze(4, 4, -0.0, goal=(3, 3)).walls, np.zeros((4, 4), dtype=np.bool_))
+
+
+def test_the_command_line_shortens_what_it_repeats(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        cli.main(["train", "sarsa", "FrozenLake-v1", "--episodes", "9" * 10_000])
+    assert end.value.code == 2
+    assert len(capsys.readouterr().err) <= errors.LONGEST_MESSAGE + 20
