@@ -28,6 +28,7 @@ np.savez(sys.argv[1], **{name: learner.learn(4).q for name, learner in tables.it
 """
 
 
+@pytest.mark.compiled
 def test_learners_work_without_a_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = []
     for disabled in ("0", "1"):

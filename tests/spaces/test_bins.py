@@ -13,7 +13,8 @@ import tuckerl
 from tests.adapters.parallel_worlds import World
 from tuckerl import quantile_edges
 from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError, SpaceError, UnknownNameError
-from tuckerl.spaces.encoder import space_encoder
+from tuckerl.spaces.bins import value_edges
+from tuckerl.spaces.encoder import check_countable, space_encoder
 
 
 class Ramp(gymnasium.Env[Any, Any]):
@@ -231,3 +232,16 @@ def test_misspelt_ids() -> None:
 
 def test_it_is_public() -> None:
     assert tuckerl.quantile_edges is quantile_edges
+
+
+@pytest.mark.parametrize(("low", "high"), [(2**53 - 9, 2**53 - 1), (1 - 2**53, 9 - 2**53)])
+def test_whole_numbers_have_bins_of_their_own_as_far_as_floats_part_them(low: int, high: int) -> None:
+    (edges,) = value_edges(Box(low, high, (1,), np.int64)) or ()
+    np.testing.assert_array_equal(edges, np.arange(low + 1, high + 1))
+    beyond = Box(low - 1, high, (1,), np.int64) if low < 0 else Box(low, high + 1, (1,), np.int64)
+    assert value_edges(beyond) is None
+
+
+def test_more_bins_than_numbers_are_refused_before_they_are_made() -> None:
+    with pytest.raises(SpaceError, match=r"has about 10\^24 members with bins=16, more than"):
+        check_countable(Box(0, 1, (20,)), bins=16)

@@ -25,7 +25,7 @@ EXACT_VALUES = 256
 """A Box of whole numbers needs no bins where no dimension has more values than this: those of one byte."""
 
 _UNBOUNDED = 1e30  # CartPole's speeds are "bounded" by float32's largest number, 3.4e38
-_WHOLE_FLOATS = 2.0**53  # up to here every whole number is a float64
+_WHOLE_FLOATS = 2.0**53  # below, every whole number is a float64, and so is the next
 MOST_BINS = 1_000_000
 
 
@@ -77,7 +77,7 @@ def value_edges(box: Box) -> tuple[FloatArray, ...] | None:
         return None
     made: dict[tuple[float, float], FloatArray] = {}
     for low, high in set(zip(lows, highs, strict=True)):
-        if high - low >= EXACT_VALUES or max(-low, high) > _WHOLE_FLOATS:
+        if high - low >= EXACT_VALUES or max(-low, high) >= _WHOLE_FLOATS:
             return None
         made[low, high] = _read_only(np.arange(low + 1, high + 1, dtype=np.float64))
     return tuple(made[bounds] for bounds in zip(lows, highs, strict=True))
