@@ -1,5 +1,6 @@
 """What is free, and what does not fit."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -78,3 +79,14 @@ def test_control_groups_of_version_1_where_a_container_sees_its_own_at_the_root(
 def test_without_control_groups_there_is_no_limit(tmp_path: Path) -> None:
     assert left(tmp_path, "0::/") == []
     assert list(memory._of_containers(tmp_path, tmp_path / "no file")) == []
+
+
+def test_a_limit_of_the_process_leaves_what_it_has_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    resource = pytest.importorskip("resource")  # Windows has no such limits
+    monkeypatch.setattr(resource, "getrlimit", lambda what: (4 * GIB, 4 * GIB))
+    monkeypatch.setattr(memory, "_lines", lambda path: ["10 5 3"])
+    assert list(memory._of_process()) == [4 * GIB - 10 * os.sysconf("SC_PAGE_SIZE")]
+    monkeypatch.setattr(memory, "_lines", lambda path: [])  # nobody says what it has taken
+    assert list(memory._of_process()) == [4 * GIB]
+    monkeypatch.setattr(resource, "getrlimit", lambda what: (resource.RLIM_INFINITY,) * 2)
+    assert list(memory._of_process()) == []

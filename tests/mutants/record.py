@@ -1,14 +1,16 @@
 """Which functions of the package every test calls, and how long it takes: a plugin of pytest and its record.
 
 ``python -m pytest -p tests.mutants.record`` writes a record to the file that MUTANTS_RECORD names. With MUTANTS_CHOSEN,
-the name of a file, it records nothing and runs only the tests that the file lists. What a test leaves to another
-process, or finds in a fixture or a cache that an earlier test has filled, is not in the record.
+the name of a file, it records nothing and runs only the tests that the file lists. What a test calls after its first
+seconds, leaves to another process, or finds in a fixture or a cache that an earlier test has filled, is not in the
+record.
 """
 
+import _thread
 import json
 import os
 import sys
-import threading
+import time
 from collections.abc import Generator
 from pathlib import Path
 from types import CodeType, FrameType
@@ -17,7 +19,9 @@ from typing import Any, NamedTuple
 import pytest
 
 _PACKAGE = "src/tuckerl/"
+_LISTENING = 2.0  # seconds of a test: to listen makes interpreted kernels much slower
 _called: dict[int, CodeType] = {}  # by id: code is slow to hash
+_until = 0.0
 
 
 class RecordedTest(NamedTuple):
@@ -55,6 +59,21 @@ def recorded_in(record: Path) -> list[RecordedTest]:
 def _hear(frame: FrameType, event: str, argument: Any) -> None:
     """Note a call; nothing more of it has to be heard."""
     _called[id(frame.f_code)] = frame.f_code
+    if time.monotonic() > _until:
+        sys.settrace(None)
+
+
+_start_thread = _thread.start_new_thread
+
+
+def _start_listening(function: Any, *arguments: Any) -> int:
+    """Start a thread that is listened to; kernels are played in such, of which `threading` knows nothing."""
+
+    def listening(*own: Any, **named: Any) -> None:
+        sys.settrace(_hear)
+        function(*own, **named)
+
+    return _start_thread(listening, *arguments)
 
 
 def _names(codes: list[CodeType]) -> list[str]:
@@ -73,14 +92,16 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
     if "MUTANTS_RECORD" not in os.environ:
         return (yield)
     _write(RecordedTest(item.nodeid, "unfinished", 0.0, frozenset()))
+    global _until
     _called.clear()
-    threading.settrace(_hear)
+    _until = time.monotonic() + _LISTENING
+    _thread.start_new_thread = _start_listening
     sys.settrace(_hear)
     try:
         return (yield)
     finally:
         sys.settrace(None)
-        threading.settrace(None)
+        _thread.start_new_thread = _start_thread
 
 
 _reports: list[pytest.TestReport] = []
