@@ -98,6 +98,27 @@ def test_a_callable_that_has_a_few_only_gives_all_of_them() -> None:
     assert [world.env for world in worlds] == few
 
 
+class Seldom(Noise):
+    """Draws when it is made what rewards are multiplied by, in one episode of four."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.scale, self.first = random.random(), 0  # noqa: S311  # no secret
+
+    def reset(self, **given: Any) -> Any:
+        self.first, info = super().reset(**given)
+        return self.first, info
+
+    def step(self, action: Any) -> Any:
+        observation, reward, *rest = super().step(action)
+        return observation, reward * (self.scale if self.first == 3 else 1.0), *rest
+
+
+def test_what_differs_in_a_few_episodes_only_differs() -> None:
+    with pytest.raises(ProblemError, match=r"two environments made by .*Seldom.* differ \(in scale\)"):
+        learned(Seldom)
+
+
 class Drawn(Meeting):
     """A parallel environment that draws when it is made what its rewards are multiplied by."""
 

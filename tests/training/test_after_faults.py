@@ -49,6 +49,15 @@ def test_traces_that_go_on_from_episode_to_episode_end_where_one_is_broken_off()
     assert traces(learner) == before, "the episode has never been"
 
 
+def test_rows_that_earlier_episodes_have_changed_are_brought_back_too() -> None:
+    learner = QLearning(Round({7: ZeroDivisionError("no road")}), seed=0).learn(1)
+    before = learner.q
+    assert before[0, :2].any(axis=1).all(), "the rows that the broken episode changes, too"
+    with pytest.raises(EnvironmentFaultError):
+        learner.learn(1)
+    np.testing.assert_array_equal(learner.q, before)
+
+
 class Narrowing(Round):
     """Allows everything in its first episode, and then action 0 alone."""
 

@@ -110,7 +110,8 @@ def _step(world: SimulatorArrays, state: int, action: int, rng: Stream) -> tuple
         The agent's stream, as far as the simulator draws.
     """
     world.clock[0] += 1.0
-    reward, terminated = world.step(world.parameters, world.state, action, rng)
+    # An unsigned action would wrap around in "action - 1" where nothing is compiled; its signature says int64.
+    reward, terminated = world.step(world.parameters, world.state, int(action), rng)
     next_state = _index(world, state, action, reward)
     if next_state < 0 or world.fault[KIND] > 0.0:  # end every episode at once: there may be no time limit
         return 0, 0.0, True
