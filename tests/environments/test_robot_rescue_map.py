@@ -34,12 +34,6 @@ def test_other_sizes_and_space_around_the_lines() -> None:
     assert robot_rescue(world).n_states == (12 * 3) ** 2
 
 
-def test_free_cells_lie_on_the_map_and_are_no_obstacles() -> None:
-    world = RescueMap(SMALL)
-    free = [(i, j) for i in range(-1, 4) for j in range(-1, 5) if world.is_free((i, j))]
-    assert free == [(i, j) for i in range(3) for j in range(4) if (i, j) != (1, 0)]
-
-
 def test_maps_are_read_only() -> None:
     world = RescueMap()
     with pytest.raises(ValueError, match="read-only"):
