@@ -161,6 +161,9 @@ OTHER_KINDS: dict[str, tuple[Any, type[TuckerlError], str]] = {
     "a class of these": (Turns, ParameterTypeError, f"it made .* {TURNS}"),
     "the id of one": ("classic/tictactoe-v3", ProblemError, f"classic/tictactoe-v3 {TURNS}"),
     "an old spelling": ("rps_v2", UnknownNameError, "unknown environment 'rps_v2': did you mean 'classic/rps-v2'"),
+    "a module's name": ("connect_four_v3", UnknownNameError, r"did you mean 'classic/connect_four-v3'\?"),
+    "another line": ("classic/leduc-holdem-v4", UnknownNameError, r"did you mean 'classic/leduc_holdem-v4'\?"),
+    "a slip": ("classic/tictacto-v3", UnknownNameError, r"did you mean 'classic/tictactoe-v3'\?"),
     "a vector": (SyncVectorEnv([Told, Told]), ParameterTypeError, "a vector environment: .*and n_agents for several"),
 }
 

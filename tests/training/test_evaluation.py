@@ -133,6 +133,13 @@ def test_going_in_circles_without_a_time_limit_comes_to_an_end() -> None:
     assert result.steps.tolist() == [[100_000]]
 
 
+def test_one_episode_that_is_cut_off_among_others_is_told() -> None:
+    mdp = TabularMDP([[0], [1]], [[1.0], [1.0]], [[False], [True]], start=[0.5, 0.5])
+    with pytest.warns(StepCapWarning, match="an episode was cut off after 100000 steps"):
+        result = QLearning(mdp, seed=1).evaluate(4)
+    assert set(result.steps.ravel().tolist()) == {1, 100_000}
+
+
 def test_the_interval_is_scipys() -> None:
     values = np.array([0.0, 1.0, 1.0, 2.0, 3.0, 5.0, 8.0, 13.0])
     interval = stats.bootstrap(

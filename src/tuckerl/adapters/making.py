@@ -100,6 +100,11 @@ def name_of(env: Any) -> str:
     return str(getattr(getattr(env, "spec", None), "id", None) or type(env.unwrapped).__name__)
 
 
+def _tail(name: str) -> str:
+    """Return what is the same in classic/rps-v2 and rps_v2, as PettingZoo's modules are called."""
+    return name.rpartition("/")[2].replace("_", "-")
+
+
 def make_environment(name: str, keywords: Mapping[str, Any] = MappingProxyType({})) -> Made:
     """Return a new environment; "module:id" imports what registers the id first.
 
@@ -130,9 +135,10 @@ def make_environment(name: str, keywords: Mapping[str, Any] = MappingProxyType({
     known = {*gymnasium.registry, *pettingzoo.parallel_registry}
     if plain in pettingzoo.aec_registry and plain not in known:
         raise ProblemError(f"{plain} moves agent by agent, and learners play a parallel environment: {TURNS}")
-    # As PettingZoo's users write them: rps_v2 for classic/rps-v2.
-    tails = {one.rpartition("/")[2]: one for one in sorted(known)}
-    meant = tails.get(plain.rpartition("/")[2].replace("_", "-"))
+    # Misspelt ones are put right to those that move agent by agent, too, of which the way out is told then.
+    known |= pettingzoo.aec_registry.keys()
+    tails = {_tail(one): one for one in sorted(known)}
+    meant = tails.get(_tail(plain))
     if plain not in known and meant is not None:
         raise UnknownNameError(f"unknown environment {shown(plain)}: did you mean {meant!r}?")
     check_name("environment", plain, known)
