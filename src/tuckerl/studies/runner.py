@@ -5,6 +5,7 @@ each; with one worker everything happens in this process, also with one BLAS thr
 """
 
 import multiprocessing
+import os
 import signal
 import threading
 import time
@@ -82,13 +83,19 @@ def play_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[t
             return
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(min(workers, len(tasks)), context, _start_worker, (study,))
+    others = set(multiprocessing.active_children())
     try:
         with _interrupts_ignored():  # by the workers, which start here: Ctrl-C is this process's business
             futures = {pool.submit(_work, task): task for task in tasks}
         for future in as_completed(futures):
             yield futures.pop(future), future.result()
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        try:
+            pool.shutdown(wait=True, cancel_futures=True)
+        except KeyboardInterrupt:  # pressed again, while the tasks that had begun are played to their ends
+            for worker in set(multiprocessing.active_children()) - others:
+                worker.kill()
+            raise
 
 
 @contextmanager
@@ -116,9 +123,18 @@ _study: Study | None = None  # of this worker process
 
 def _start_worker(study: Study) -> None:
     global _study
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     _study = study
     threadpool_limits(1)
     _warm_up(study)  # or the first variant of the first task would pay for loading the kernels
+
+
+def _end_with_parent() -> None:
+    """End this worker when the process that started it has ended, however that was: nobody waits for its tasks."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _work(task: Task) -> StudyTables:
