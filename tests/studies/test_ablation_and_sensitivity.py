@@ -20,7 +20,14 @@ def tiny(study: Study, place: int, n_episodes: int = 12) -> Study:
     return Study((study.scenarios[place].resized(1, 1, n_episodes),), study.seed)
 
 
-@pytest.mark.parametrize("place", range(len(OTHERS.scenarios)), ids=lambda place: OTHERS.scenarios[place].name)
+def _slow(name: str) -> list[pytest.MarkDecorator]:
+    return [pytest.mark.compiled] if name.startswith("dyna-maze") else []  # planning in mazes of a thousand cells
+
+
+@pytest.mark.parametrize(
+    "place",
+    [pytest.param(i, id=one.name, marks=_slow(one.name)) for i, one in enumerate(OTHERS.scenarios)],
+)
 def test_every_alternative_plays(place: int) -> None:
     study = tiny(OTHERS, place)
     (scenario,) = study.scenarios

@@ -353,6 +353,8 @@ def test_records_of_two_agents_never_share_an_array() -> None:
 @pytest.mark.parametrize("initial", [0.0, 0.5])
 def test_rows_that_are_distributions_begin_as_such(initial: float) -> None:
     assert DeclaredArray("chances", "by_row", initial=initial).create(INITIAL)[0].sum() in (0.0, 1.0)
+    deep = DeclaredArray("chances", "by_row", ("states", 7, "actions"), initial=initial).create(INITIAL)
+    assert deep[0, 0].sum() in (0.0, 1.0), "rows lie along the last axis"
 
 
 def test_other_rows_are_refused_when_they_are_made() -> None:
