@@ -141,10 +141,27 @@ def test_results_without_a_specification_are_refused(study: Study, tmp_path: Pat
 
 def test_damaged_results_are_said(study: Study, tmp_path: Path) -> None:
     run_study(study, tmp_path, workers=1)
-    whole = (tmp_path / "runs.parquet").read_bytes()
-    (tmp_path / "runs.parquet").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(SavedFileError, match=r"runs.parquet is damaged.*--overwrite"):
-        Store(tmp_path, study)
+    for name in ("runs", "times"):
+        path = tmp_path / f"{name}.parquet"
+        whole = path.read_bytes()
+        flipped = bytearray(whole)
+        flipped[len(whole) // 3] ^= 64  # which Parquet itself does not notice, perhaps
+        for damaged in (whole[: len(whole) // 2], bytes(flipped)):
+            path.write_bytes(damaged)
+            with pytest.raises(SavedFileError, match=rf"{name}.parquet is damaged: .*--overwrite"):
+                Store(tmp_path, study)
+        path.write_bytes(whole)
+    assert len(Store(tmp_path, study).finished()) == 4
+
+
+def test_tables_without_their_digests_are_not_believed(study: Study, tmp_path: Path) -> None:
+    run_study(study, tmp_path, workers=1)
+    for content in (b"", b"[]", b"{}", b'{"runs": 3}'):
+        (tmp_path / "digests.json").write_bytes(content)
+        with pytest.raises(SavedFileError, match="is damaged"):
+            Store(tmp_path, study)
+    Store(tmp_path, study, overwrite=True)
+    assert not (tmp_path / "digests.json").exists()
 
 
 def test_a_folder_that_cannot_be_made_is_said(study: Study, tmp_path: Path) -> None:

@@ -2,7 +2,8 @@
 
 ``study.json`` says which study the folder holds; ``runs.parquet`` and its sisters hold the finished tasks. Each file is
 written whole or not at all, ``runs.parquet`` last: a task is finished when it stands there, so a kill at any moment
-costs no more than the tasks since the last write.
+costs no more than the tasks since the last write. ``digests.json`` is written before them, and has of each file the
+digests of what stands there and of what is to come: what is neither is damaged, and is not believed.
 """
 
 import hashlib
@@ -24,6 +25,7 @@ from tuckerl.studies.study import Study
 
 _FORMAT = 1
 _WRITE_ORDER = ("weights", "paths", "times", "runs")
+_DIGESTS = "digests.json"
 _SHOWN = ("claims.json", "compare.json", "report.html")  # what reports make of the tables
 
 
@@ -50,6 +52,7 @@ class Store:
         self.folder, self.study = folder, study
         self._specification = _specification(study)
         self._tables = _empty_tables()
+        self._digests: dict[str, str] = {}  # of the files that stand there, by table
         make_folder(folder)
         try:
             self._open(overwrite)
@@ -73,7 +76,11 @@ class Store:
                 "replace them with --overwrite"
             )
         shown = (*(folder / name for name in _SHOWN), *(folder / "figures").glob("*.*"))
-        for path in (*self._paths().values(), *shown):  # nothing of the other study may stand beside this one's
+        for path in (
+            *self._paths().values(),
+            folder / _DIGESTS,
+            *shown,
+        ):  # nothing of the other study may stand beside this one's
             path.unlink(missing_ok=True)
         write_whole(folder / "study.json", json.dumps(self._specification, indent=1).encode())
 
@@ -91,11 +98,17 @@ class Store:
     def add(self, tables: list[StudyTables]) -> None:
         """Add the tables of finished tasks and write all to the folder."""
         self._tables = StudyTables(*(pl.concat(frames) for frames in zip(self._tables, *tables, strict=True)))
-        paths, ordered = self._paths(), self.tables._asdict()
-        for name in _WRITE_ORDER:
+        paths, contents = self._paths(), {}
+        for name, frame in self.tables._asdict().items():
             buffer = io.BytesIO()
-            ordered[name].write_parquet(buffer, statistics=False)
-            write_whole(paths[name], buffer.getvalue())
+            frame.write_parquet(buffer, statistics=False)
+            contents[name] = buffer.getvalue()
+        digests = {name: _digest(content) for name, content in contents.items()}
+        listed = {name: [self._digests.get(name), digest] for name, digest in digests.items()}
+        write_whole(self.folder / _DIGESTS, json.dumps(listed, indent=1).encode())
+        for name in _WRITE_ORDER:
+            write_whole(paths[name], contents[name])
+        self._digests = digests
 
     def _paths(self) -> dict[str, Path]:
         return {name: self.folder / f"{name}.parquet" for name in SCHEMAS}
@@ -113,20 +126,26 @@ class Store:
         return next(differences(there, self._specification, ""), None)
 
     def _read(self) -> StudyTables:
+        if not all(path.exists() for path in self._paths().values()):
+            return _empty_tables()
         frames: dict[str, pl.DataFrame] = {}
         for name, path in self._paths().items():
-            if not path.exists():
-                return _empty_tables()
-            try:
-                frames[name] = pl.read_parquet(path.read_bytes()).cast(SCHEMAS[name])
-            except pl.exceptions.PolarsError as error:
-                raise SavedFileError(
-                    f"{path} is damaged ({error}): delete it, or replace all with --overwrite"
-                ) from error
+            content = path.read_bytes()
+            self._digests[name] = _digest(content)
+            if self._digests[name] not in self._listed(name):
+                raise SavedFileError(f"{path} is damaged: delete it, or replace all with --overwrite")
+            frames[name] = pl.read_parquet(content).cast(SCHEMAS[name])
         # A kill between two files can leave tasks in the others that are not in runs.parquet; they are played again.
         key = ["scenario", "variant", "instance", "run"]
         finished = frames["runs"].select(key).unique()
         return StudyTables(**{name: frame.join(finished, on=key, how="semi") for name, frame in frames.items()})
+
+    def _listed(self, name: str) -> list[Any]:
+        """Return the digests that a table's file may have."""
+        try:
+            return list(json.loads((self.folder / _DIGESTS).read_bytes())[name])
+        except (OSError, ValueError, KeyError, TypeError):
+            return []
 
     def _sorted(self, frame: pl.DataFrame) -> pl.DataFrame:
         order = [(s.name, v.name) for s in self.study.scenarios for v in s.variants]
@@ -134,6 +153,10 @@ class Store:
         places = pl.DataFrame(order, schema, orient="row").with_row_index("place")
         within = [c for c in ("instance", "run", "agent", "episode", "step", "action") if c in frame.columns]
         return frame.join(places, on=["scenario", "variant"], how="left").sort("place", *within).drop("place")
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def _empty_tables() -> StudyTables:
