@@ -167,8 +167,28 @@ def test_what_wrappers_draw_is_noticed_wherever_they_stand() -> None:
         with pytest.raises(ProblemError, match=r"differ \(in (order|number).*: something is drawn when they are made"):
             as_problem(lambda: wrap(Noise()))  # noqa: B023  # called at once
     assert as_problem(lambda: Weighed(Noise())).n_states == 4
+    noise = Noise()
+    noise.env = noise  # type: ignore[attr-defined]  # as some name themselves
+    assert learned(noise, n_agents=2).learn(2).episodes == 2
     with pytest.raises(ProblemError, match=r"differ \(in scale\)"):
         as_problem(lambda: aec_to_parallel(parallel_to_aec(Drawn())))
+
+
+class Field(Noise):
+    """Keeps what it drew under a name by which wrappers keep what they wrap."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.env = np.random.default_rng().random(3)
+
+    def step(self, action: Any) -> Any:
+        observation, _, *rest = super().step(action)
+        return observation, float(self.env[action]), *rest
+
+
+def test_what_only_has_a_wrappers_name_is_compared_as_all_else() -> None:
+    with pytest.raises(ProblemError, match=r"two environments made by Field differ \(in env\)"):
+        as_problem(Field)
 
 
 class RemadeScale(gymnasium.RewardWrapper[Any, Any], EzPickle):

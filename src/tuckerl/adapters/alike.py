@@ -103,15 +103,29 @@ def lost_by_copying(env: Any) -> str | None:
 def _difference(one: Any, other: Any) -> str | None:
     """Return where the data of two environments differ, or those of wrappers of users' own; None where they do not."""
     for layers in zip(_layers(one), _layers(other), strict=False):
-        own = [vars(layer).copy() if hasattr(layer, "__dict__") else {} for layer in layers]
-        held = [parts.pop(name, None) for parts in own for name in _INNER]
-        is_known = type(layers[0]).__module__.partition(".")[0] in _DRAW_NOTHING
-        if any(part is not None for part in held) and is_known:
+        if _inner(layers[0]) is not None and type(layers[0]).__module__.partition(".")[0] in _DRAW_NOTHING:
             continue
-        place = difference_of_data(SimpleNamespace(**own[0]), SimpleNamespace(**own[1]))
+        place = difference_of_data(*map(_own_data, layers))
         if place is not None:
             return place
     return None
+
+
+def _own_data(layer: Any) -> Any:
+    """Return an object with the attributes of an environment or a wrapper, but for what that wraps."""
+    inner = _inner(layer)
+    return SimpleNamespace(**{name: part for name, part in _attributes(layer).items() if part is not inner})
+
+
+def _attributes(layer: Any) -> dict[str, Any]:
+    held: dict[str, Any] = getattr(layer, "__dict__", {})
+    return held
+
+
+def _inner(layer: Any) -> Any:
+    """Return what a wrapper wraps, None for an environment."""
+    held = _attributes(layer)
+    return next((held[name] for name in _INNER if hasattr(held.get(name), "step")), None)
 
 
 def class_that_says_how(env: Any) -> str | None:
@@ -120,10 +134,11 @@ def class_that_says_how(env: Any) -> str | None:
 
 
 def _layers(env: Any) -> Iterator[Any]:
-    while env is not None:
+    seen: set[int] = set()
+    while env is not None and id(env) not in seen:  # one may hold itself under such a name
+        seen.add(id(env))
         yield env
-        held = getattr(env, "__dict__", {})
-        env = next((held[name] for name in _INNER if name in held), None)
+        env = _inner(env)
 
 
 def _copies_by_rule(kind: type) -> bool:
