@@ -9,6 +9,7 @@ import pytest
 
 from tests.calls.target import Make, Target, these
 from tuckerl import cli
+from tuckerl.checks import shown
 from tuckerl.errors import LONGEST_MESSAGE, ParameterError
 
 _SETTINGS = these(
@@ -54,7 +55,7 @@ _NUMBERS = these("0", "1", "7")
 
 def _right(target: str, positional: int, arguments: Mapping[str, Sequence[Make]], required: int) -> Target:
     def call(_: Any, **given: Any) -> None:
-        texts = {name: value if isinstance(value, str) else f"{value}"[:20_000] for name, value in given.items()}
+        texts = {name: value if isinstance(value, str) else shown(value) for name, value in given.items()}
         places = list(arguments)[:positional]
         words = [target, *(texts.pop(name) for name in places if name in texts)]
         for name, text in texts.items():

@@ -6,6 +6,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+import pettingzoo
 import pytest
 
 import tuckerl
@@ -28,6 +29,12 @@ def of_table(**parts: Any) -> tuckerl.TabularMDP:
 def begun(env: Any) -> Any:
     env.reset(seed=0)
     return env
+
+
+class WithoutSpaces(pettingzoo.ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
+    """An environment whose author forgot the agents' spaces."""
+
+    possible_agents = ("a", "b")
 
 
 WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
@@ -53,6 +60,14 @@ WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
         [tuckerl.TabularMDP, lambda x: x],
         r"env, as it makes .* must take \(\)",
     ),
+    "an environment without spaces": (tuckerl.QLearning, [gymnasium.Env, gymnasium.Env()], "has no observation_space"),
+    "agents without spaces": (
+        tuckerl.QLearning,
+        [WithoutSpaces, WithoutSpaces()],
+        "has no spaces of its agent 'a'",
+    ),
+    "and joined": (tuckerl.JointEnv, [WithoutSpaces()], "has no spaces of its agent 'a'"),
+    "and to be split": (tuckerl.SplitEnv, [gymnasium.Env()], "Env has no observation_space: set it in"),
     "quantile_edges": (lambda v: tuckerl.quantile_edges(v, 2), [lambda x: x], r"must take \(\); got"),
     "layout": (
         lambda v: of_table(layout=v),
@@ -82,6 +97,12 @@ WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
     "share": (lambda v: tuckerl.TensorStep(2, (1, 1, 1, 1), share=v), [lambda: 0], r"share must take \(context\)"),
     "callbacks": (lambda v: learner().learn(1, callbacks=v), [3, "ab", print, {1}], "callbacks must be a sequence"),
     "a callback": (lambda v: learner().learn(1, callbacks=[v]), [lambda: 0], r"a callback must take \(learner\)"),
+    "progress": (lambda v: learner().learn(1, progress=v), [1, "no", np.ones(2)], "progress must be True or False"),
+    "huge views": (
+        lambda v: tuckerl.Maze(np.broadcast_to(v, (10**6, 10**6)), (0, 0), (1, 1)),
+        [False],
+        r"would take 1,000,000,000,000 bytes .* smaller",
+    ),
     "kernel": (tuckerl.kernel, [3, gymnasium.Env, len], "a kernel must be a Python function"),
     "compiled": (lambda v: tuckerl.QLearning(mdp(), compiled=v), [np.zeros(0), np.zeros(2)], "compiled must be"),
     "team_reward": (lambda v: tuckerl.TeamQ(mdp(), team_reward=v), [np.zeros(2)], "team_reward is for PettingZoo"),
@@ -108,6 +129,7 @@ WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:Your environment should override:UserWarning")  # as PettingZoo says
 @pytest.mark.parametrize("place", WRONG)
 def test_odd_arguments_are_named(place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

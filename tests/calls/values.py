@@ -301,7 +301,7 @@ def _altered_list(right: Sequence[Any], rng: Rng) -> Any:
             (lambda: np.array(values, dtype=object)),
             (lambda: iter(values)),
             (lambda: dict(enumerate(values))),
-        )[what - 5]()
+        )[what % 3]()
     return tuple(values) if isinstance(right, tuple) else values
 
 

@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_info
 from tests.learners.worlds import random_mdp
 from tests.training.test_resume import assert_same
 from tuckerl import DynaH, QLearning, TensorStep, _jit
-from tuckerl.errors import EnvironmentFaultError, LearnerInUseError
+from tuckerl.errors import LONGEST_MESSAGE, EnvironmentFaultError, LearnerInUseError
 from tuckerl.training.learner import Learner
 
 PROBLEM = random_mdp(43, limit=20)
@@ -218,6 +218,49 @@ def test_threads_that_share_a_learner_lose_nothing() -> None:
     side_by_side(*[learn_often] * 4)
     assert learner.episodes == sum(learned) > 0
     assert_same(learner, make().learn(learner.episodes))
+
+
+def use_at_once(n_threads: int, n_uses: int, seed: int, folder: Path) -> tuple[int, int]:
+    """Let threads use one learner in all ways at once; return how many uses were right, and how many were refused."""
+    learner, learned = make(), []
+    done, refused = [0] * n_threads, list[str]()
+    uses = sorted(USES.keys() - {"restore()"})
+
+    def use_often(thread: int) -> None:
+        rng, own = np.random.default_rng((seed, thread)), folder / str(thread)
+        own.mkdir()
+        for _ in range(n_uses):
+            use = uses[int(rng.integers(len(uses)))]
+            try:
+                result = USES[use](learner, own)
+            except LearnerInUseError as error:
+                refused.append(str(error))
+                continue
+            done[thread] += 1
+            learned.extend([5] * (use == "learn()"))
+            kept = QLearning.load(own / "agent") if use == "save()" else result
+            if isinstance(kept, QLearning) and kept is not learner:
+                assert_same(kept, make().learn(kept.episodes) if kept.episodes else make())
+
+    side_by_side(*(lambda thread=thread: use_often(thread) for thread in range(n_threads)))
+    assert learner.episodes == sum(learned)
+    assert_same(learner, make().learn(learner.episodes))
+    assert all(len(message) <= LONGEST_MESSAGE for message in refused)
+    return sum(done), len(refused)
+
+
+def test_threads_that_use_a_learner_at_once_are_right_or_refused(tmp_path: Path) -> None:
+    done, refused = use_at_once(3, 12, 1, tmp_path)
+    assert done > 0
+    assert refused > 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(10))
+def test_threads_that_use_a_learner_at_once_for_long_are_right_or_refused(seed: int, tmp_path: Path) -> None:
+    done, refused = use_at_once(6, 200, 100 + seed, tmp_path)
+    assert done > 0
+    assert refused > 0
 
 
 def test_predictions_may_be_asked_for_by_many_threads() -> None:

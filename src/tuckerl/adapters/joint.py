@@ -271,7 +271,7 @@ def agents_of(env: Any) -> list[Any]:
     Raises
     ------
     ProblemError
-        If there are none, or one is there twice.
+        If there are none, one is there twice, or one has no spaces.
     """
     agents = list(getattr(env, "possible_agents", None) or ())
     if not agents:
@@ -280,4 +280,12 @@ def agents_of(env: Any) -> list[Any]:
         )
     if len(set(agents)) < len(agents):
         raise ProblemError(f"the possible_agents of {env} must be different; got {agents}")
+    for agent in agents:
+        try:
+            env.observation_space(agent), env.action_space(agent)
+        except (AttributeError, KeyError, NotImplementedError) as error:  # as PettingZoo's own methods raise
+            raise ProblemError(
+                f"{env} has no spaces of its agent {shown(agent)}: let its methods observation_space and action_space "
+                "return them"
+            ) from error
     return agents

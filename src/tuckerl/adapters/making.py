@@ -51,12 +51,15 @@ def made_of(env: Any, name: str) -> tuple[Any, Callable[[], Any] | None]:
     ------
     ParameterTypeError
         If there is no environment.
+    ProblemError
+        If it has no spaces.
     """
     make = maker_of(env)
     if make is not None and make is env:
         check_function(f"{name}, as it makes an environment,", env, "")
     made = env if make is None else make()
     if isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
+        check_spaces(made)
         return made, make
     hint = way_out(made)
     if make is not None:
@@ -68,6 +71,19 @@ def made_of(env: Any, name: str) -> tuple[Any, Callable[[], Any] | None]:
         f"{name} must be a Gymnasium environment, a PettingZoo parallel environment, the id of one, a callable that "
         f"makes one, a TabularMDP, a Simulator or a Maze; got {shown(env)}{hint}"
     )
+
+
+def check_spaces(env: GymEnvironment) -> None:
+    """Refuse an environment that has not set its spaces.
+
+    Raises
+    ------
+    ProblemError
+        If that is so.
+    """
+    for space in ("observation_space", "action_space"):
+        if not hasattr(env, space):
+            raise ProblemError(f"{type(env).__name__} has no {space}: set it in the environment's constructor")
 
 
 TURNS = (

@@ -13,6 +13,7 @@ from gymnasium.error import ResetNeeded
 from pettingzoo import ParallelEnv
 
 from tuckerl.adapters.joint import INFOS
+from tuckerl.adapters.making import check_spaces
 from tuckerl.adapters.masks import MASK
 from tuckerl.adapters.step_results import as_flag, check_reward, step_result
 from tuckerl.checks import check_actions, check_sequence, shown
@@ -67,6 +68,7 @@ class SplitEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class is Any 
     def __init__(self, env: gymnasium.Env[Any, Any], agents: Sequence[str] | None = None) -> None:
         if not isinstance(env, gymnasium.Env):
             raise ParameterTypeError(f"env must be a Gymnasium environment; got {shown(env)}")
+        check_spaces(env)
         self.env = env
         observed, acted = _parts(env)
         inner_names = tuple(getattr(env.unwrapped, "possible_agents", ()))

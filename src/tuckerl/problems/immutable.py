@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from tuckerl.checks import refuse_mask
 from tuckerl.errors import ImmutableError
+from tuckerl.memory import Part, check_memory
 
 _MADE = "_is_made"
 
@@ -100,6 +101,7 @@ def _read_only_array(array: NDArray[Any]) -> NDArray[Any]:
     memory: Any = array.base
     if isinstance(memory, bytes) or array.dtype.hasobject:
         return array
+    check_memory("an array that stays", [Part(f"its shape {array.shape}", array.nbytes, "give a smaller one")])
     # NumPy refuses to make writeable what lies in bytes; a flag alone could be set again.
     return np.ndarray(array.shape, array.dtype, buffer=array.tobytes())
 

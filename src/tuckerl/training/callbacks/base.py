@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from tuckerl.checks import check_function, check_int, shown
+from tuckerl.checks import check_flag, check_function, check_int, shown
 from tuckerl.errors import ParameterTypeError
 from tuckerl.progress import progress_bar
 
@@ -100,9 +100,10 @@ class CallbackList:
         self.go_on = True
         self._learner, self._callbacks, self._goal = learner, _as_callbacks(callbacks), goal
         self._started: list[Callback] = []
+        shows = check_flag("progress", progress)
         # An earlier call may have ended before the tensor step of this very episode: its window is still to come.
         self._last = learner.episodes if learner.is_saveable and learner.in_sync else None
-        self._bar: Any = progress_bar("episodes" if goal.episodes < _MOST else "steps") if progress else None
+        self._bar: Any = progress_bar("episodes" if goal.episodes < _MOST else "steps") if shows else None
         self._show: Any = None
 
     def next_stop(self) -> int:
