@@ -14,7 +14,7 @@ from tuckerl.reports.curves import CURVES, panels_of
 from tuckerl.reports.figure import FigureSpec, draw_figures, own_style
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.paths import PATHS, draw_paths
-from tuckerl.reports.styles import EndLabel, label_ends, line_styles
+from tuckerl.reports.styles import EndLabel, count_episodes, label_ends, line_styles
 from tuckerl.studies.dyna_maze import ALGORITHM
 from tuckerl.studies.figure_text import WeightText
 from tuckerl.studies.statistics import Band
@@ -220,6 +220,7 @@ def test_maps_of_weights_show_every_action_of_the_one_agent_version(place: int) 
     )  # the second is the colour bar's
     assert over_time.get_title(loc="left") == f"{scenario.algorithm.t_version}-1"
     assert [label.get_text() for label in over_time.get_yticklabels()] == list(names)
+    assert over_time.get_ylim() == (len(names) - 0.5, -0.5), "from the first action down to the last"
     values = np.asarray(over_time.collections[0].get_array()).reshape(len(names), -1)
     assert values.shape == (scenario.algorithm.n_actions, 2)
     assert values[:4, 1].tolist() == list(LEVELS)
@@ -263,3 +264,13 @@ def test_labels_of_close_lines_do_not_overlap_and_stay_in_the_panel() -> None:
     assert [text.get_text() for text in axes.texts] == ["5", "4", "3", "2", "1", "0"]
     assert all(upper.y0 >= lower.y1 for lower, upper in pairwise(boxes))
     assert axes.texts[-1].get_position()[1] <= 1.0
+
+
+@pytest.mark.parametrize(("last", "n_ticks"), [(3, 10), (1000, 4)])
+def test_episodes_are_counted_in_a_few_whole_numbers(last: int, n_ticks: int) -> None:
+    axes = Figure().subplots()
+    count_episodes(axes, last, n_ticks)
+    ticks = axes.get_xticks()
+    assert axes.get_xlim() == (0, last)
+    np.testing.assert_array_equal(ticks, ticks.round())
+    assert 3 <= len(ticks) <= n_ticks + 1
