@@ -151,8 +151,14 @@ def index_is_a_float(parameters: Any, state: Any) -> Any:
         ({"step": step_overflows}, r"rewards and states must be finite; in step 1 .* the reward was inf"),
         ({"step": step_loses}, r"rewards and states must be finite; in step 1 .* the state \[nan\]"),
         ({"step": step_goes_half}, r"without an index function .* it was 0.5, no whole number: pass index"),
-        ({"step": step_makes_a_list}, r"the simulator's step cannot be compiled"),
-        ({"step": step_counts_high}, r"must agree to 1e-09; in step 1 .* the reward is .* whole numbers have 64 bits"),
+        pytest.param(
+            {"step": step_makes_a_list}, r"the simulator's step cannot be compiled", marks=pytest.mark.compiled
+        ),
+        pytest.param(
+            {"step": step_counts_high},
+            r"must agree to 1e-09; in step 1 .* the reward is .* whole numbers have 64 bits",
+            marks=pytest.mark.compiled,
+        ),
         ({"index": index_moves}, r"index must only look at the state; .* from \[0.\] to \[1.\]: move that into step"),
         ({"index": index_is_high}, r"index must lie from 0 to 4; in step \d+ of episode \d+ \(action 1 .* it was 5"),
         ({"index": index_is_a_float}, r"index must return an int; .* it returned .*: write int\(...\) around it"),
@@ -178,6 +184,7 @@ def step_at_speed(parameters: Any, state: Any, action: int, rng: Any) -> Any:
     return -_speed, state[0] == 4.0
 
 
+@pytest.mark.compiled
 def test_a_name_that_changed_after_compiling_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     walk = simulator(step=step_at_speed)
     check_problem(walk)
