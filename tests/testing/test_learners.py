@@ -36,7 +36,8 @@ class Deaf(QLearning):
     """Takes what it does not know."""
 
     def __new__(cls, *arguments: Any, **parameters: Any) -> Self:
-        return object.__new__(cls)
+        parameters.pop("alhpa", None)
+        return super().__new__(cls, *arguments, **parameters)
 
     def __init__(self, env: Any, **parameters: Any) -> None:
         parameters.pop("alhpa", None)
