@@ -29,7 +29,7 @@ TEAM = AdapterOptions(Agents.JOINT)
 
 def table_of(problem: Problem) -> Any:
     assert isinstance(problem, TabularMDP)
-    return problem.arrays.next_state
+    return problem.arrays.outcomes
 
 
 class WatchedMaze(DynaMazeEnv):
@@ -89,7 +89,7 @@ def test_a_misspelt_id_is_put_right(name: str) -> None:
 
 def test_instances_are_not_closed_and_callables_are(watched: type[WatchedMaze]) -> None:
     env = watched()
-    assert table_of(as_problem(env)) is env.mdp.arrays.next_state
+    assert table_of(as_problem(env)) is env.mdp.arrays.outcomes
     assert as_problem(TimeLimit(env, 5)).max_episode_steps == 5
     assert watched.closed == 0
     assert as_problem(watched).n_states == 54
@@ -199,8 +199,8 @@ def test_a_misspelt_parallel_id_is_put_right(name: str) -> None:
 def test_parallel_instances_are_not_closed_and_callables_are() -> None:
     watched: type[WatchedRescue] = type("Watched", (WatchedRescue,), {"closed": 0})
     env = watched()
-    assert table_of(as_problem(env, TEAM)) is env.mdp.arrays.next_state
-    assert table_of(as_problem(BaseParallelWrapper(env), TEAM)) is env.mdp.arrays.next_state
+    assert table_of(as_problem(env, TEAM)) is env.mdp.arrays.outcomes
+    assert table_of(as_problem(BaseParallelWrapper(env), TEAM)) is env.mdp.arrays.outcomes
     assert watched.closed == 0
     assert as_problem(watched, TEAM).max_episode_steps == 7
     assert watched.closed == 2

@@ -89,6 +89,7 @@ from tuckerl.generalization.change_log import empty_log
 from tuckerl.training.greedy_actions import greedy_action
 from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
 from tuckerl.training.policies.greedy import GreedyArrays
+from tuckerl.training.row_maxima import NoMaxima
 from tuckerl.learners.q_learning import QLearningState
 
 def choose(state):
@@ -99,7 +100,7 @@ def choose(state):
     table = np.array([[1.0, 3.0, 2.0]])
     settings = Settings(0.9, 0.0, True)
     log = empty_log(1, 3, 0)
-    arrays = (table, nothing, nothing, nothing, mask, settings, log, record, stream, nothing)
+    arrays = (table, nothing, nothing, nothing, mask, settings, NoMaxima(), log, record, stream, nothing)
     agent = AgentArrays(state, GreedyArrays(), *arrays)
     assert greedy_action(agent, 0) == 1
 

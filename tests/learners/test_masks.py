@@ -139,7 +139,9 @@ def test_where_nothing_is_allowed_all_is(made: Any) -> None:
 def test_greedy_episodes_keep_to_the_mask() -> None:
     problem = masked_mdp(2)
     pay = np.where(problem.arrays.action_mask.ravel(), 1.0, -1e6)
-    arrays = problem.arrays._replace(reward=pay)
+    outcomes = problem.arrays.outcomes.copy()
+    outcomes["reward"] = pay
+    arrays = problem.arrays._replace(outcomes=outcomes)
     learner = QLearning(TabularMDP.from_arrays(arrays, 9), seed=0, initial_q=0.0).learn(1)
     evaluation = learner.evaluate(10)
     assert (evaluation.returns == evaluation.steps).all()

@@ -17,6 +17,7 @@ from tuckerl.generalization.change_log import empty_log
 from tuckerl.rng import seed_sequence, stream, uniform
 from tuckerl.training.agent_arrays import AgentArrays, EpisodeRecord, Settings
 from tuckerl.training.policies.greedy import GreedyArrays
+from tuckerl.training.row_maxima import NoMaxima
 from tuckerl.types import FloatArray
 from tuckerl.types import Stream as Words
 
@@ -118,6 +119,7 @@ def agent_of(
         if action_mask is None
         else np.asarray(action_mask, dtype=np.bool_),
         settings=Settings(gamma=0.95, terminal_discount=0.0, random_ties=random_ties),
+        maxima=NoMaxima(),
         log=empty_log(q.shape[0], q.shape[1], 0),
         record=EpisodeRecord(
             none, np.zeros(0), np.zeros((2, 1), np.int64), np.zeros((0, 1)), 0, 0, np.zeros(1, np.int64), 0

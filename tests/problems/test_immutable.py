@@ -121,7 +121,7 @@ def test_learners_play_what_was_copied() -> None:
 
 def test_arrays_that_cannot_change_are_shared() -> None:
     mdp = table()
-    assert mdp.with_time_limit(5).arrays.next_state is mdp.arrays.next_state
+    assert mdp.with_time_limit(5).arrays.outcomes is mdp.arrays.outcomes
     assert read_only(mdp.arrays) is mdp.arrays
     given = np.arange(6.0).reshape(2, 3).T
     kept = read_only((given, 3))[0]

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
-from tuckerl.problems.mdp import TabularMDP
+from tuckerl.problems.mdp import OUTCOME, TabularMDP
 from tuckerl.problems.parts import NO_LIMIT
 
 GOOD: dict[str, Any] = {
@@ -38,7 +38,7 @@ def test_one_outcome_each() -> None:
     assert np.asarray(mdp.heuristic).tolist() == [2, 0]
     assert repr(mdp) == "TabularMDP(2 states, 2 actions, 4 outcomes, max_episode_steps=7)"
     dtypes = [a.dtype for a in arrays if isinstance(a, np.ndarray)]
-    assert dtypes == [np.uint32, np.float64, np.bool_, np.int64, np.float64, np.uint32, np.float64, np.bool_]
+    assert dtypes == [OUTCOME, np.int64, np.float64, np.uint32, np.float64, np.bool_]
 
 
 def test_several_outcomes_and_those_of_probability_0_dropped() -> None:
@@ -79,7 +79,7 @@ def test_time_limit_can_be_changed_and_removed() -> None:
     assert mdp.arrays.max_episode_steps == NO_LIMIT
     limited = mdp.with_time_limit(5)
     assert (limited.max_episode_steps, limited.arrays.max_episode_steps) == (5, 5)
-    assert limited.arrays.next_state is mdp.arrays.next_state
+    assert limited.arrays.outcomes is mdp.arrays.outcomes
     assert limited.heuristic is mdp.heuristic
     assert (limited.n_states, limited.n_actions) == (2, 2)
     assert limited.with_time_limit(None).max_episode_steps is None

@@ -24,9 +24,9 @@ from tuckerl.rng import below
 from tuckerl.training.agent_arrays import AgentArrays, Settings, Transition, must_stop
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.declared_state import Declaration, DeclaredArray
-from tuckerl.training.greedy_actions import maxima, random_maximum
 from tuckerl.training.learner import Learner
 from tuckerl.training.parameters import LearnerParameters
+from tuckerl.training.row_maxima import largest_entries
 from tuckerl.types import FloatArray, IntArray, StateArray, Stream
 
 
@@ -80,7 +80,20 @@ def remember(model: DynaHState, transition: Transition) -> None:
     outcome["next_state"] = next_state
     if model.distance[state, action] != model.heuristic[next_state]:
         model.distance[state, action] = model.heuristic[next_state]
-        model.farthest[state], model.n_farthest[state] = maxima(model.distance, state)
+        _, _, model.farthest[state], model.n_farthest[state] = largest_entries(model.distance, state)
+
+
+@kernel
+def farthest_action(model: DynaHState, state: int, rng: Stream) -> int:
+    """Draw one of the modelled actions of the largest distance; `rng` (4,) uint64 moves on where there are several."""
+    action = model.farthest[state]
+    if model.n_farthest[state] == 1:
+        return action
+    distance, skip = model.distance[state, action], below(model.n_farthest[state], rng)
+    while skip > 0:
+        action += 1
+        skip -= model.distance[state, action] == distance
+    return action
 
 
 @kernel
@@ -115,7 +128,7 @@ def plan(model: DynaHState, agent: AgentArrays, start: int) -> float:
         elif model.search_control == SearchControl.RANDOM:
             state = model.observed[below(model.n_observed[0], rng)]
         if model.n_farthest[state] > 0:
-            chosen = random_maximum(model.distance, state, model.farthest[state], model.n_farthest[state], rng)
+            chosen = farthest_action(model, state, rng)
         else:
             state = model.observed[below(model.n_observed[0], rng)]
             chosen = modelled_action(model, state, rng)
@@ -138,7 +151,7 @@ def update(algorithm: DynaHState, agent: AgentArrays, transition: Transition, ne
     return np.isfinite(value + plan(algorithm, agent, state))
 
 
-register_algorithm(DynaHState, update=update)
+register_algorithm(DynaHState, update=update, keeps_maxima=True)
 
 
 class DynaH(Learner):

@@ -13,8 +13,9 @@ from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import record_change
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
-from tuckerl.training.greedy_actions import best_value
+from tuckerl.training.greedy_actions import greedy_value
 from tuckerl.training.learner import Learner
+from tuckerl.training.row_maxima import change_value
 
 
 class QLearningState(NamedTuple):
@@ -32,10 +33,10 @@ def move_towards_target(
     agent : AgentArrays
         Its `q` (S, A) is changed at (state, action).
     """
-    q = agent.q
-    delta = reward + discount * best_value(q, agent.action_mask, next_state) - q[state, action]
-    q[state, action] += agent.step_sizes[action] * delta
-    return q[state, action]
+    value = agent.q[state, action]
+    value += agent.step_sizes[action] * (reward + discount * greedy_value(agent, next_state) - value)
+    change_value(agent, state, action, value)
+    return value
 
 
 @kernel
@@ -46,7 +47,7 @@ def update(algorithm: QLearningState, agent: AgentArrays, transition: Transition
     return np.isfinite(move_towards_target(agent, state, action, reward, discount, next_state))
 
 
-register_algorithm(QLearningState, update=update)
+register_algorithm(QLearningState, update=update, keeps_maxima=True)
 
 
 class QLearning(Learner):

@@ -14,6 +14,7 @@ from tuckerl.generalization.change_log import record_change
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.learner import Learner
+from tuckerl.training.row_maxima import change_value
 
 
 class SarsaState(NamedTuple):
@@ -25,12 +26,13 @@ def update(algorithm: SarsaState, agent: AgentArrays, transition: Transition, ne
     """Learn from a step and the action after it: ``agent.q`` (S, A) changes at the transition's state and action."""
     q, state, action = agent.q, transition.state, transition.action
     record_change(agent.log, state)
-    delta = transition.reward + transition.discount * q[transition.next_state, next_action] - q[state, action]
-    q[state, action] += agent.step_sizes[action] * delta
-    return np.isfinite(q[state, action])
+    target = transition.reward + transition.discount * q[transition.next_state, next_action]
+    value = q[state, action] + agent.step_sizes[action] * (target - q[state, action])
+    change_value(agent, state, action, value)
+    return np.isfinite(value)
 
 
-register_algorithm(SarsaState, update=update, on_policy=True)
+register_algorithm(SarsaState, update=update, on_policy=True, keeps_maxima=True)
 
 
 class Sarsa(Learner):

@@ -24,18 +24,19 @@ from tuckerl.saved_json import checked_json
 from tuckerl.spaces.description import Description, digest
 from tuckerl.types import BoolArray, FloatArray, IntArray, StateArray
 
+# One record instead of three arrays: a step finds its outcome in memory once.
+OUTCOME = np.dtype([("reward", np.float64), ("next_state", np.uint32), ("terminated", np.bool_)], align=True)
+
 
 class MDPArrays(NamedTuple):
-    """What kernels read of an MDP with S states, A actions and M outcomes in all.
+    """What kernels read of an MDP with S states, A actions and M outcomes in all, made by `mdp_arrays`.
 
     Where every pair has exactly one outcome, that of (s, a) is ``s * A + a`` and `offsets` and `cumulative` are empty;
     otherwise its outcomes are ``offsets[s * A + a]`` up to ``offsets[s * A + a + 1]``, and `cumulative` holds their
     summed probabilities.
     """
 
-    next_state: StateArray  # (M,)
-    reward: FloatArray  # (M,)
-    terminated: BoolArray  # (M,)
+    outcomes: NDArray[np.void]  # (M,) of OUTCOME
     offsets: IntArray  # (S * A + 1,) or (0,)
     cumulative: FloatArray  # (M,) or (0,)
     start_state: StateArray  # (K,)
@@ -43,6 +44,37 @@ class MDPArrays(NamedTuple):
     action_mask: BoolArray  # (S, A) True where an action may be taken, or (0, 0) where all may
     n_actions: int
     max_episode_steps: int  # NO_LIMIT where there is none
+
+    @property
+    def next_state(self) -> StateArray:
+        """The state that each outcome leads to, (M,)."""
+        return self.outcomes["next_state"]
+
+    @property
+    def reward(self) -> FloatArray:
+        """What each outcome pays, (M,)."""
+        return self.outcomes["reward"]
+
+    @property
+    def terminated(self) -> BoolArray:
+        """Whether the return ends with an outcome, (M,)."""
+        return self.outcomes["terminated"]
+
+
+def mdp_arrays(next_state: NDArray[Any], reward: NDArray[Any], terminated: NDArray[Any], **others: Any) -> MDPArrays:
+    """Return the arrays of an MDP whose M outcomes are given one array for each part, (M,).
+
+    Parameters
+    ----------
+    next_state : (M,) int
+    reward : (M,) float
+    terminated : (M,) bool
+    **others
+        The fields of :class:`MDPArrays` but its outcomes.
+    """
+    outcomes = np.zeros(next_state.size, dtype=OUTCOME)
+    outcomes["next_state"], outcomes["reward"], outcomes["terminated"] = next_state, reward, terminated
+    return MDPArrays(outcomes, **others)
 
 
 class _StoredMDP(TypedDict):
@@ -134,10 +166,10 @@ class TabularMDP(Problem):
         )
         start_state, start_cumulative = check_start(start, self.n_states)
         kept, offsets, cumulative = joined_outcomes(states, probability)
-        arrays = MDPArrays(
-            next_state=states[kept].astype(np.uint32),
-            reward=rewards[kept].astype(np.float64),
-            terminated=ends[kept].astype(np.bool_),
+        self.arrays = mdp_arrays(
+            states[kept],
+            rewards[kept],
+            ends[kept],
             offsets=offsets,
             cumulative=cumulative,
             start_state=start_state,
@@ -146,7 +178,6 @@ class TabularMDP(Problem):
             n_actions=self.n_actions,
             max_episode_steps=self.max_episode_steps or NO_LIMIT,
         )
-        self.arrays = arrays
 
     @classmethod
     def from_arrays(
@@ -221,7 +252,8 @@ class TabularMDP(Problem):
 
     def save(self) -> tuple[Header, Arrays]:
         """Return all of the MDP."""
-        parts = self.arrays._asdict()
+        parts = self.arrays._asdict() | {name: getattr(self.arrays, name) for name in OUTCOME.names or ()}
+        del parts["outcomes"]
         arrays = {name: part for name, part in parts.items() if isinstance(part, np.ndarray)}
         header = {name: part for name, part in parts.items() if name not in arrays}
         header |= {"n_states": self.n_states, "action_sizes": list(self.action_sizes), "layout": self.layout}
@@ -243,7 +275,7 @@ class TabularMDP(Problem):
             parts = read_transitions(arrays, held["n_states"], held["n_actions"])
             layout = held.get("layout")
             mdp = cls.from_arrays(
-                MDPArrays(**parts, n_actions=held["n_actions"], max_episode_steps=held["max_episode_steps"]),
+                mdp_arrays(**parts, n_actions=held["n_actions"], max_episode_steps=held["max_episode_steps"]),
                 held["n_states"],
                 arrays.take("heuristic", np.float64, (held["n_states"],)) if "heuristic" in arrays else None,
                 held["action_sizes"],

@@ -33,11 +33,12 @@ def _step(world: MDPArrays, state: int, action: int, rng: Stream) -> tuple[int, 
     rng : (4,) uint64
         The agent's stream; advanced where the pair has several outcomes.
     """
-    outcome = state * world.n_actions + action
+    number = state * world.n_actions + action
     if world.offsets.size > 0:
-        low, high = world.offsets[outcome], world.offsets[outcome + 1]
-        outcome = low if high == low + 1 else _draw(world.cumulative, low, high, rng)
-    return world.next_state[outcome], world.reward[outcome], world.terminated[outcome]
+        low, high = world.offsets[number], world.offsets[number + 1]
+        number = low if high == low + 1 else _draw(world.cumulative, low, high, rng)
+    outcome = world.outcomes[number]  # by name in brackets, so that it works uncompiled, too
+    return outcome["next_state"], outcome["reward"], outcome["terminated"]
 
 
 @kernel

@@ -51,6 +51,7 @@ class AgentArrays(NamedTuple):
     scheduled: FloatArray  # (K,) the scheduled numbers in the present episode
     action_mask: BoolArray  # (S, A) True where an action may be taken, or (0, 0) where all may
     settings: Settings
+    maxima: Any  # what is known of the rows of q: see `row_maxima`
     log: ChangeLog
     record: EpisodeRecord
     rng: Stream  # (4,) what the agent draws from

@@ -20,6 +20,7 @@ _ACT: dict[type, Callable[..., int]] = {}
 _UPDATE: dict[type, Callable[..., bool]] = {}
 _END_EPISODE: dict[type, Callable[..., bool]] = {}
 _LEARN_AND_ACT: dict[type, Callable[..., int]] = {}
+_KEEP_MAXIMA: set[type] = set()
 
 act = by_kind(_ACT)
 """``act(agent.algorithm, agent, state)`` chooses an action in a state."""
@@ -51,6 +52,7 @@ def register_algorithm(
     act: Callable[..., int] = act_by_policy,
     end_episode: Callable[..., bool] = _nothing_to_end,
     on_policy: bool = False,
+    keeps_maxima: bool = False,
 ) -> None:
     """Register the kernels of an algorithm under the type of its state.
 
@@ -69,10 +71,20 @@ def register_algorithm(
     on_policy : bool
         Whether the next action is chosen before the update, which learns from it (also after a truncation, whose value
         is bootstrapped), as in SARSA. Otherwise it is chosen after the update, as in Q-learning.
+    keeps_maxima : bool
+        Whether its kernels change ``agent.q`` by `change_value` alone. Greedy actions and their values are then known
+        without looking at all actions; a promise that is not kept makes them wrong.
     """
     _ACT[state_type], _UPDATE[state_type] = guarded_act(act), guarded_update(update)
     _END_EPISODE[state_type] = guarded_end(end_episode)
     _LEARN_AND_ACT[state_type] = _act_then_update if on_policy else _update_then_act
+    if keeps_maxima:
+        _KEEP_MAXIMA.add(state_type)
+
+
+def keeps_maxima(state_type: type) -> bool:
+    """Return whether an algorithm's kernels change their table one entry at a time; see `register_algorithm`."""
+    return state_type in _KEEP_MAXIMA
 
 
 @kernel

@@ -17,6 +17,7 @@ from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.loop import play, play_together
 from tuckerl.training.memory_account import evaluation_parts
 from tuckerl.training.prediction import Predictor
+from tuckerl.training.row_maxima import NoMaxima, RowMaxima, room_for_maxima
 from tuckerl.types import FloatArray, IntArray
 
 CAPPED = (
@@ -74,6 +75,7 @@ def evaluate(
             i,
             deterministic,
             action_mask=world.action_masks[i],
+            maxima=RowMaxima(room_for_maxima(problem.n_states), 1) if problem.is_compiled else NoMaxima(),
             record=EpisodeRecord(
                 steps[i], returns[i], np.zeros((2, 1), np.int64), scheduled, _ALL, 0, call.stop, call.listen
             ),

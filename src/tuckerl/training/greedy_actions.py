@@ -3,12 +3,11 @@
 Where all actions may be taken, `action_mask` has no entries and costs one test.
 """
 
-import numpy as np
-
 from tuckerl._jit import kernel
 from tuckerl.rng import below
 from tuckerl.training.agent_arrays import AgentArrays
-from tuckerl.types import BoolArray, FloatArray, Stream
+from tuckerl.training.row_maxima import largest_allowed, maximum
+from tuckerl.types import BoolArray, FloatArray
 
 
 @kernel
@@ -21,51 +20,8 @@ def row_max(table: FloatArray, row: int) -> float:
 
 
 @kernel
-def maxima(table: FloatArray, row: int) -> tuple[int, int]:
-    """Return the first column of a row's largest entry, and in how many columns that entry stands.
-
-    Parameters
-    ----------
-    table : (R, C) float64
-    row : int
-    """
-    # Two passes without a branch that depends on the values: twice as fast as one pass that mispredicts.
-    best = row_max(table, row)
-    first, ties = 0, 0
-    for column in range(table.shape[1] - 1, -1, -1):
-        if table[row, column] == best:
-            first = column
-            ties += 1
-    return first, ties
-
-
-@kernel
-def random_maximum(table: FloatArray, row: int, first: int, ties: int, rng: Stream) -> int:
-    """Draw one of the columns that `maxima` counted.
-
-    Parameters
-    ----------
-    table : (R, C) float64
-    row : int
-    first, ties : int
-        What `maxima` returned.
-    rng : (4,) uint64
-        Moves on where there are several.
-    """
-    if ties == 1:
-        return first
-    skip = below(ties, rng)
-    column = first
-    while skip > 0:
-        column += 1
-        if table[row, column] == table[row, first]:
-            skip -= 1
-    return column
-
-
-@kernel
 def best_value(q: FloatArray, action_mask: BoolArray, state: int) -> float:
-    """Return the largest value of the actions that may be taken in a state.
+    """Return the largest value of the actions that may be taken in a state, of any table.
 
     Parameters
     ----------
@@ -74,40 +30,26 @@ def best_value(q: FloatArray, action_mask: BoolArray, state: int) -> float:
         True where an action may be taken; (0, 0) where all may.
     state : int
     """
-    if action_mask.size == 0:
-        return row_max(q, state)
-    best = -np.inf
-    for action in range(q.shape[1]):
-        if action_mask[state, action]:
-            best = max(best, q[state, action])
-    return best
+    return largest_allowed(q, action_mask, state)[0]
+
+
+@kernel
+def greedy_value(agent: AgentArrays, state: int) -> float:
+    """Return the largest value among the actions that may be taken, of the agent's own table."""
+    return maximum(agent.maxima, agent, state)[0]
 
 
 @kernel
 def greedy_action(agent: AgentArrays, state: int) -> int:
     """Return an action of the largest value among those that may be taken."""
-    if agent.action_mask.size > 0:
-        return _greedy_allowed(agent, state)
-    first, ties = maxima(agent.q, state)
-    return random_maximum(agent.q, state, first, ties, agent.rng) if agent.settings.random_ties else first
-
-
-@kernel
-def _greedy_allowed(agent: AgentArrays, state: int) -> int:
-    q, action_mask = agent.q, agent.action_mask
-    best, ties, first = best_value(q, action_mask, state), 0, 0
-    for action in range(q.shape[1] - 1, -1, -1):
-        if action_mask[state, action] and q[state, action] == best:
-            first = action
-            ties += 1
+    best, first, ties = maximum(agent.maxima, agent, state)
     if ties <= 1 or not agent.settings.random_ties:
         return first
     skip = below(ties, agent.rng)
     action = first
-    while skip > 0:
+    while skip > 0 and action < agent.q.shape[1] - 1:
         action += 1
-        if action_mask[state, action] and q[state, action] == best:
-            skip -= 1
+        skip -= agent.q[state, action] == best and is_allowed(agent, state, action)
     return action
 
 
@@ -147,7 +89,7 @@ def share_among_allowed(agent: AgentArrays, state: int, probability: float, out:
 @kernel
 def share_among_greedy(agent: AgentArrays, state: int, probability: float, out: FloatArray) -> None:
     """Add a probability to `out` (A,): to the first greedy action, or divided evenly where ties are random."""
-    best, n_best = best_value(agent.q, agent.action_mask, state), 0
+    best, n_best = greedy_value(agent, state), 0
     for action in range(out.size):
         if _is_best(agent, state, action, best):
             n_best += 1

@@ -16,6 +16,7 @@ from tuckerl.training.evaluation_algorithm import EvaluationState
 from tuckerl.training.guards import raise_fault
 from tuckerl.training.policies.greedy import Greedy
 from tuckerl.training.policies.policy import Policy, check_probabilities, write_probabilities
+from tuckerl.training.row_maxima import NoMaxima, RowMaxima
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 FORBIDS_ALL = (
@@ -102,6 +103,7 @@ class Predictor:
         deterministic: bool | None,
         *,
         action_mask: BoolArray | None = None,
+        maxima: RowMaxima | NoMaxima = NoMaxima(),  # noqa: B008  # it is immutable
         record: EpisodeRecord = _NO_RECORD,
         rng: NDArray[np.uint64] = _NO_STREAM,
     ) -> AgentArrays:
@@ -114,7 +116,7 @@ class Predictor:
             As of :meth:`tuckerl.training.learner.Learner.predict`.
         action_mask : (S, A) or (0, 0) bool, optional
             Default: what was seen while learning.
-        record, rng
+        maxima, record, rng
             Where episodes are to be played.
         """
         table, policy = self._followed(agent, deterministic)
@@ -129,6 +131,7 @@ class Predictor:
             scheduled=np.zeros(1),
             action_mask=self._action_masks[agent] if action_mask is None else action_mask,
             settings=Settings(1.0, 0.0, self._random_ties and deterministic is False),
+            maxima=maxima,
             log=empty_log(n_states, n_actions, 0),
             record=record,
             rng=rng,

@@ -38,6 +38,7 @@ from tuckerl.training.declared_state import (
 from tuckerl.training.held_state import HeldAgent, HeldState, is_seen, read_mask, read_streams
 from tuckerl.training.history import EpisodeHistory
 from tuckerl.training.kernel_calls import KernelCall
+from tuckerl.training.row_maxima import NoMaxima, RowMaxima, room_for_maxima
 from tuckerl.training.rules import Rules
 from tuckerl.training.schedules import ScheduleValues, read_past
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
@@ -67,6 +68,8 @@ class TrainingState:
     tensor_step : TensorStep or None
     rules : Rules
     max_episode_steps : int or None
+    keeps_maxima : bool
+        Whether kernels change the tables one entry at a time and follow what becomes of the rows' maxima.
     sequence : SeedSequence
         The learner's.
     check_declared : callable
@@ -82,6 +85,7 @@ class TrainingState:
         tensor_step: TensorStep | None,
         rules: Rules,
         max_episode_steps: int | None,
+        keeps_maxima: bool,
         sequence: np.random.SeedSequence,
         check_declared: Callable[[Mapping[str, Any]], None],
     ) -> None:
@@ -102,6 +106,8 @@ class TrainingState:
         self._trajectory: IntArray = np.zeros((n_agents, 2, trajectory_length(max_episode_steps)), dtype=np.int64)
         window = tensor_step.every if tensor_step is not None and tensor_step.needs_decomposition else 0
         self.logs: tuple[ChangeLog, ...] = tuple(empty_log(n_states, n_actions, window) for _ in range(n_agents))
+        self._maxima = [room_for_maxima(n_states) for _ in range(n_agents if keeps_maxima else 0)]
+        self._n_calls = 0
         self._kept: dict[int, _Kept] = {}
         self.history = EpisodeHistory(n_agents, shares_world=len(self.worlds) < n_agents)
         self.go_on_by(rules)
@@ -205,6 +211,7 @@ class TrainingState:
         """Return an agent as a call of a kernel sees it, to play up to its episode `until`."""
         chunk = slice(int(self.history.finished[agent]), until)
         steps, returns = self.history.room(agent, until)
+        self._n_calls += 1
         scheduled, declared, own = self.scheduled[agent], self.declared[agent], len(self.rules.schedules)
         return AgentArrays(
             algorithm=make_algorithm_state(declared, scheduled[1:own]),
@@ -215,6 +222,7 @@ class TrainingState:
             scheduled=scheduled,
             action_mask=action_mask,
             settings=self.rules.settings,
+            maxima=RowMaxima(self._maxima[agent], self._n_calls) if self._maxima else NoMaxima(),
             log=self.logs[agent],
             record=EpisodeRecord(
                 steps=steps,
