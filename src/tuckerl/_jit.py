@@ -29,6 +29,7 @@ from numba.core.errors import NumbaError
 from numba.core.event import Listener, install_listener
 from numba.extending import intrinsic, overload
 
+from tuckerl._kernel_compiler import InnerCompiler, Kernel
 from tuckerl.checks import check_python_function
 from tuckerl.errors import SimulatorError
 
@@ -154,12 +155,23 @@ def kernel(function: _Function) -> _Function:
     checks: a slip must not write where it does not belong.
     """
     check_python_function("a kernel", function)
-    compiled: Any = numba.njit(boundscheck=not is_ours(function), **_OPTIONS)(function)
-    if _CACHE_FOLDER is not None and is_ours(function) and not _INTERPRETED:
-        with _our_cache_folder():
-            compiled._cache = _OurCache(function)
+    if _INTERPRETED:
+        return function
+    compiled: Any = Kernel(function, _options_of(function), _compiled_for_python)
     kept: _Function = compiled
     return kept
+
+
+def _options_of(function: Callable[..., Any]) -> dict[str, Any]:
+    return _OPTIONS | {"boundscheck": not is_ours(function)}
+
+
+def _compiled_for_python(function: Callable[..., Any]) -> Any:
+    compiled: Any = numba.njit(**_options_of(function))(function)
+    if _CACHE_FOLDER is not None and is_ours(function):
+        with _our_cache_folder():
+            compiled._cache = _OurCache(function)
+    return compiled
 
 
 def wraps_around(function: _Function) -> _Function:
@@ -193,7 +205,7 @@ def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
         return body
 
     # The kernel's body takes the place of the call: a call between them would have to be compiled, too.
-    overload(chosen, jit_options=_OPTIONS, strict=False)(body_of)
+    overload(chosen, jit_options=_OPTIONS | {"pipeline_class": InnerCompiler}, strict=False)(body_of)
     CHOOSERS.add(chosen)
     return chosen
 

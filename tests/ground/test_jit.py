@@ -59,7 +59,7 @@ from tuckerl.rng import below
 import numpy as np
 below(3, np.ones(4, dtype=np.uint64))
 assert config.CACHE_DIR == before, "other packages' kernels must not move with ours"
-print(sum(below.stats.cache_hits.values()))
+print(sum(below.for_python.stats.cache_hits.values()))
 """
 
 
@@ -113,7 +113,8 @@ def test_code_compiled_for_an_algorithm_of_others_is_not_kept(tmp_path: Path) ->
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     (tmp_path / "mine.py").write_text(MINE)
     with_mine = "from mine import MyState\n" + CHOICE + "choose(MyState(1))\n"
-    tell = "print(sum(greedy_action.stats.cache_hits.values()), sum(greedy_action.stats.cache_misses.values()))"
+    tell = "stats = greedy_action.for_python.stats\n"
+    tell += "print(*(sum(counts.values()) for counts in (stats.cache_hits, stats.cache_misses)))"
 
     def run(code: str) -> str:
         command = [sys.executable, "-c", code + tell]

@@ -363,7 +363,7 @@ own = cart_pole().world().arrays
 play(own, stream(seed_sequence(0)))
 users = Simulator(reset, step, index, n_states=2, n_actions=2, state_size=1).world().arrays
 assert play(users, stream(seed_sequence(0))) == (1, 2.5, True)
-hits = sum(simulator._step.stats.cache_hits.values())
+hits = sum(simulator._step.for_python.stats.cache_hits.values())
 print(hits, own.reset.cache_hits, own.step.cache_hits, own.index.cache_hits)
 """
 
