@@ -163,7 +163,7 @@ def kernel(function: _Function) -> _Function:
 
 
 def _options_of(function: Callable[..., Any]) -> dict[str, Any]:
-    return _OPTIONS | {"boundscheck": not is_ours(function)}
+    return {**_OPTIONS, "boundscheck": not is_ours(function)}
 
 
 def _compiled_for_python(function: Callable[..., Any]) -> Any:

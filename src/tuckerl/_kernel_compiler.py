@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from numba import _dynfunc
+import numba
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
 from numba.core.registry import CPUDispatcher
@@ -19,7 +19,8 @@ _Base: Any = NativeLowering  # Numba has no types
 _CompilerBase: Any = CompilerBase
 _Dispatcher: Any = CPUDispatcher
 _PassBuilder: Any = DefaultPassBuilder
-_make_function: Any = _dynfunc.make_function
+_numba: Any = numba
+_make_function: Any = _numba._dynfunc.make_function
 _register: Any = register_pass
 
 

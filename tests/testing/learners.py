@@ -11,9 +11,9 @@ from tuckerl.rng import below
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.declared_state import Declaration, DeclaredArray
-from tuckerl.training.greedy_actions import row_max
 from tuckerl.training.learner import Learner
 from tuckerl.training.policies.policy import choose, write_probabilities
+from tuckerl.training.row_maxima import largest_entries
 from tuckerl.types import FloatArray
 
 RIGHT, UNMARKED, MARKED_LATE, BOOTSTRAPS_ENDS, DROPS_TRUNCATED, TAKES_ANY, BELIEVES_ANY, IGNORES_INFINITY, UNSEEDED = (
@@ -34,7 +34,7 @@ class ExpectedSarsaState(NamedTuple):
 def expected(algorithm: ExpectedSarsaState, agent: AgentArrays, state: int) -> float:
     """The mean value of what may be done next."""
     if algorithm.fault == BELIEVES_ANY:
-        return row_max(agent.q, state)
+        return largest_entries(agent.q, state)[0]
     write_probabilities(agent.policy, agent, state, algorithm.room)
     total = 0.0
     for action in range(agent.q.shape[1]):
@@ -69,7 +69,7 @@ def update(algorithm: ExpectedSarsaState, agent: AgentArrays, transition: Transi
     delta = reward + discount * expected(algorithm, agent, next_state) - q[state, action]
     step_size = agent.step_sizes[action]
     if fault == ASCENDS:
-        delta = -reward + discount * row_max(q, next_state) - q[state, action]
+        delta = -reward + discount * largest_entries(q, next_state)[0] - q[state, action]
     algorithm.updates[0] += 1.0
     if fault == COUNTS:
         step_size *= 0.5 + 0.5 / algorithm.updates[0]

@@ -85,7 +85,7 @@ def reaching(how: int) -> Any:
         (WRITES, r"update \(line \d+ of test_slips.py\) reached for agent.algorithm.sums\[3\], whose shape is \(3,\)$"),
         (
             PASSES_ON,
-            r"row_max \(line \d+ of greedy_actions.py\) reached for agent.q\[100\d, 0\], whose shape is \(6, 3\), "
+            r"largest_entries \(line \d+ of row_maxima.py\) reached for agent.q\[100\d, 0\], whose shape is \(6, 3\), "
             r"as passed_on \(line \d+ of test_slips.py\) asked it to$",
         ),
         (DIES, r"its kernels ended the interpreter \(exit status -9\)$"),

@@ -11,15 +11,6 @@ from tuckerl.types import BoolArray, FloatArray
 
 
 @kernel
-def row_max(table: FloatArray, row: int) -> float:
-    """Return the largest entry of a row of `table`, (R, C) float64."""
-    best = table[row, 0]
-    for column in range(1, table.shape[1]):
-        best = max(best, table[row, column])
-    return best
-
-
-@kernel
 def best_value(q: FloatArray, action_mask: BoolArray, state: int) -> float:
     """Return the largest value of the actions that may be taken in a state, of any table.
 

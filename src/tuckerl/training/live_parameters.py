@@ -64,7 +64,8 @@ class LiveParameters(Learned, metaclass=_Sealing):
         if name.startswith("_"):
             super().__setattr__(name, value)
         elif "_is_made" not in vars(self):  # in a constructor, which runs again where a parameter changes
-            self._owner.check_thread(f"{type(self).__name__}.{name} = ...")
+            if "_owner" in vars(self):  # not yet, in a class whose __new__ is its own
+                self._owner.check_thread(f"{type(self).__name__}.{name} = ...")
             super().__setattr__(name, value)
         elif name in self.fixed_parameters:
             raise ImmutableError(_FIXED.format(name=name, kind=type(self).__name__))
