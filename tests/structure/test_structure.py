@@ -17,6 +17,7 @@ GROUND = {
     "checks",
     "rng",
     "_jit",
+    "_kernel_compiler",
     "types",
     "files",
     "interrupts",
@@ -89,9 +90,10 @@ def test_every_folder_is_a_layer() -> None:
 
 
 @pytest.mark.parametrize(
-    ("library", "home"), [("numba", "_jit"), ("matplotlib", "reports"), ("plotly", "reports"), ("typer", "cli")]
+    ("library", "home"),
+    [("numba", {"_jit", "_kernel_compiler"}), ("matplotlib", {"reports"}), ("plotly", {"reports"}), ("typer", {"cli"})],
 )
-def test_heavy_libraries_have_one_home(library: str, home: str) -> None:
+def test_heavy_libraries_have_one_home(library: str, home: set[str]) -> None:
     importers = {
         layer_of(source)
         for source in sources()
@@ -105,7 +107,7 @@ def test_heavy_libraries_have_one_home(library: str, home: str) -> None:
         )
         if name.split(".")[0] == library
     }
-    assert importers == {home}
+    assert importers == home
 
 
 def test_all_is_what_is_public() -> None:
@@ -154,8 +156,8 @@ def test_the_help_is_light() -> None:
 LONG = {
     # One class is one file: what users call, what authors override and what is shown, most of it documentation.
     "training/learner.py": 560,
-    # The one importer of Numba: kernels, users' functions, and what is told to LLVM.
-    "_jit.py": 380,
+    # All that is said to Numba: kernels, users' functions, and what is told to LLVM.
+    "_jit.py": 395,
     # Its users' functions, the kernels that call them, and what of them is impossible.
     "problems/simulator.py": 370,
 }

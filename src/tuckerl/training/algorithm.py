@@ -20,7 +20,8 @@ _ACT: dict[type, Callable[..., int]] = {}
 _UPDATE: dict[type, Callable[..., bool]] = {}
 _END_EPISODE: dict[type, Callable[..., bool]] = {}
 _LEARN_AND_ACT: dict[type, Callable[..., int]] = {}
-_KEEP_MAXIMA: set[type] = set()
+KEEP_MAXIMA: set[type] = set()
+"""The types of states of algorithms whose kernels change their table by `change_value` alone."""
 
 act = by_kind(_ACT)
 """``act(agent.algorithm, agent, state)`` chooses an action in a state."""
@@ -79,12 +80,7 @@ def register_algorithm(
     _END_EPISODE[state_type] = guarded_end(end_episode)
     _LEARN_AND_ACT[state_type] = _act_then_update if on_policy else _update_then_act
     if keeps_maxima:
-        _KEEP_MAXIMA.add(state_type)
-
-
-def keeps_maxima(state_type: type) -> bool:
-    """Return whether an algorithm's kernels change their table one entry at a time; see `register_algorithm`."""
-    return state_type in _KEEP_MAXIMA
+        KEEP_MAXIMA.add(state_type)
 
 
 @kernel

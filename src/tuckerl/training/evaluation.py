@@ -75,7 +75,7 @@ def evaluate(
             i,
             deterministic,
             action_mask=world.action_masks[i],
-            maxima=RowMaxima(room_for_maxima(problem.n_states), 1) if problem.is_compiled else NoMaxima(),
+            maxima=RowMaxima(room_for_maxima(problem.n_states), call.number) if problem.is_compiled else NoMaxima(),
             record=EpisodeRecord(
                 steps[i], returns[i], np.zeros((2, 1), np.int64), scheduled, _ALL, 0, call.stop, call.listen
             ),

@@ -56,6 +56,22 @@ def read_streams(arrays: SavedArrays, n_agents: int) -> tuple[Stream, ...]:
     return tuple(streams)
 
 
+def read_weights(arrays: SavedArrays, step: HeldStep | None, n_actions: int) -> tuple[FloatArray, int]:
+    """Return the weights of actions from a file, (A,), and after how many windows they are in force.
+
+    Raises
+    ------
+    SavedFileError
+        If they are not those of the latest window.
+    """
+    weights, in_force, n_windows = arrays.take("weights", np.float64, (n_actions,)), np.ones(n_actions), 0
+    if step is not None and step.history.episode.size:
+        in_force, n_windows = step.history.weights[-1], step.history.episode.size
+    if not np.array_equal(weights, in_force):
+        raise SavedFileError("the weights of actions must be those of the latest window")
+    return weights, n_windows
+
+
 def read_mask(arrays: SavedArrays, shape: tuple[int, ...], n_actions: int) -> BoolArray:
     """Return an agent's mask (S, A) from a file, of an agent that has the first `n_actions` actions.
 

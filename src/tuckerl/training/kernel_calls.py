@@ -7,6 +7,7 @@ then.
 
 import _thread
 import contextvars
+import itertools
 import threading
 import time
 from collections.abc import Callable
@@ -17,13 +18,13 @@ import numpy as np
 from tuckerl._jit import python_callback
 from tuckerl.interrupts import is_impatient, was_pressed_again
 from tuckerl.training.agent_arrays import AFTER_EPISODE, AT_ONCE
-from tuckerl.types import IntArray
 
 SLICE = 0.25
 """Seconds after which a kernel returns, at the end of an episode: what is undone and played again takes no longer."""
 
 _LISTENS_EVERY = 0.05  # seconds
 _GIVES_UP_AFTER = 0.5  # seconds in which a kernel returns that can
+_NUMBERS = itertools.count(1)
 
 
 class KernelCall:
@@ -38,6 +39,8 @@ class KernelCall:
 
     Attributes
     ----------
+    number : int
+        No other call has it.
     stop : (1,) int64
         What the kernel looks at, see `EpisodeRecord`.
     listen : int
@@ -45,7 +48,7 @@ class KernelCall:
     """
 
     def __init__(self, *, calls_python: bool, seconds: float = SLICE) -> None:
-        self.stop: IntArray = np.zeros(1, dtype=np.int64)
+        self.number, self.stop = next(_NUMBERS), np.zeros(1, dtype=np.int64)
         self._calls_python, self._seconds = calls_python, seconds
         self._callback: Any = None
         self.listen = 0

@@ -29,7 +29,7 @@ from tuckerl.problems.problem import Problem
 from tuckerl.rng import child, seed_sequence
 from tuckerl.training import persistence
 from tuckerl.training.agent_arrays import Settings
-from tuckerl.training.algorithm import check_registered, keeps_maxima
+from tuckerl.training.algorithm import KEEP_MAXIMA, check_registered
 from tuckerl.training.callbacks.base import CallbackLike
 from tuckerl.training.copies import Copyable
 from tuckerl.training.declared_state import Declaration
@@ -217,7 +217,7 @@ class Learner(Copyable):
             tensor_step=self.tensor_step,
             rules=rules,
             max_episode_steps=self.problem.max_episode_steps,
-            keeps_maxima=keeps_maxima(self.state_type) and self.problem.is_compiled,  # Python may change masks
+            keeps_maxima=self.state_type in KEEP_MAXIMA and self.problem.is_compiled,  # Python may change masks
             sequence=self.seed_sequence,
             check_declared=self.check_declared,
         )

@@ -35,7 +35,7 @@ from tuckerl.training.declared_state import (
     saved_state,
     share_state,
 )
-from tuckerl.training.held_state import HeldAgent, HeldState, is_seen, read_mask, read_streams
+from tuckerl.training.held_state import HeldAgent, HeldState, is_seen, read_mask, read_streams, read_weights
 from tuckerl.training.history import EpisodeHistory
 from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.row_maxima import NoMaxima, RowMaxima, room_for_maxima
@@ -90,8 +90,7 @@ class TrainingState:
         check_declared: Callable[[Mapping[str, Any]], None],
     ) -> None:
         n_states, n_actions = initial_q.shape
-        self._check_declared = check_declared
-        self.worlds, self.initial_q = tuple(worlds), initial_q
+        self.worlds, self.initial_q, self._check_declared = tuple(worlds), initial_q, check_declared
         for number, world in enumerate(self.worlds):
             world.seed(child(sequence, number))
         self.q: FloatArray = np.zeros((n_agents, n_states, n_actions))  # zeros cost nothing until they are touched
@@ -107,7 +106,6 @@ class TrainingState:
         window = tensor_step.every if tensor_step is not None and tensor_step.needs_decomposition else 0
         self.logs: tuple[ChangeLog, ...] = tuple(empty_log(n_states, n_actions, window) for _ in range(n_agents))
         self._maxima = [room_for_maxima(n_states) for _ in range(n_agents if keeps_maxima else 0)]
-        self._n_calls = 0
         self._kept: dict[int, _Kept] = {}
         self.history = EpisodeHistory(n_agents, shares_world=len(self.worlds) < n_agents)
         self.go_on_by(rules)
@@ -211,7 +209,6 @@ class TrainingState:
         """Return an agent as a call of a kernel sees it, to play up to its episode `until`."""
         chunk = slice(int(self.history.finished[agent]), until)
         steps, returns = self.history.room(agent, until)
-        self._n_calls += 1
         scheduled, declared, own = self.scheduled[agent], self.declared[agent], len(self.rules.schedules)
         return AgentArrays(
             algorithm=make_algorithm_state(declared, scheduled[1:own]),
@@ -222,7 +219,7 @@ class TrainingState:
             scheduled=scheduled,
             action_mask=action_mask,
             settings=self.rules.settings,
-            maxima=RowMaxima(self._maxima[agent], self._n_calls) if self._maxima else NoMaxima(),
+            maxima=RowMaxima(self._maxima[agent], call.number) if self._maxima else NoMaxima(),
             log=self.logs[agent],
             record=EpisodeRecord(
                 steps=steps,
@@ -281,24 +278,17 @@ class TrainingState:
         if diverged_at is not None and not 0 <= diverged_at <= finished.max():
             raise SavedFileError(f"it diverged in episode {diverged_at}, which it does not have")
         q = own.take("q", np.float64, self.q.shape, finite=finite)
-        weights = own.take("weights", np.float64, (n_actions,), 0.0, finite=True)
         trajectory = own.take("trajectory", np.int64, (n_agents, range(self._trajectory.shape[2] + 1)), 0, n_states - 1)
-        step, n_before = self.tensor_step, 0
+        step = self.tensor_step
         held_step = None if step is None else step.read(arrays.group("step"), finished, diverged=not finite)
-        in_force = np.ones(n_actions)
-        if step is not None and held_step is not None and held_step.history.episode.size:
-            in_force, n_before = held_step.history.weights[-1], held_step.history.episode.size * step.step.every
-        if not np.array_equal(weights, in_force):
-            raise SavedFileError("the weights of actions must be those of the latest window")
+        weights, n_windows = read_weights(own, held_step, n_actions)
+        n_before = 0 if step is None else n_windows * step.step.every
         past = read_past(arrays.group("scheduled"), int(finished.max()))
-        agents = tuple(
-            self._read_agent(agent, arrays.group(f"agents/{agent}"), int(finished[agent]) - n_before, finite=finite)
-            for agent in range(n_agents)
-        )
-        return HeldState(q, weights, history, trajectory, streams, held_step, agents, past, diverged_at)
+        agents = [self._read_agent(i, arrays, int(finished[i]) - n_before, finite=finite) for i in range(n_agents)]
+        return HeldState(q, weights, history, trajectory, streams, held_step, tuple(agents), past, diverged_at)
 
     def _read_agent(self, agent: int, arrays: SavedArrays, n_closed: int, *, finite: bool) -> HeldAgent:
-        log, mask = self.logs[agent], self.action_masks[agent]
+        arrays, log, mask = arrays.group(f"agents/{agent}"), self.logs[agent], self.action_masks[agent]
         held_log = read_log(arrays.group("log"), log, self.q.shape[2], n_closed if finite else None, finite=finite)
         n_own = [n for world in self.worlds for n in world.n_own_actions][agent]
         held_mask = read_mask(arrays, mask.shape, n_own) if is_seen(mask) else None
