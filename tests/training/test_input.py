@@ -57,7 +57,8 @@ def test_wrong_parameters(parameters: dict[str, Any], error: type[TuckerlError],
 @pytest.mark.parametrize(
     ("parameters", "error", "message"),
     [
-        ({"planning_steps": -1}, ParameterError, "planning_steps must be a whole number of at least 0; got -1"),
+        ({"planning_steps": -1}, ParameterError, "planning_steps must be a whole number from 0 to 92.*; got -1"),
+        ({"planning_steps": 2**63}, ParameterError, "planning_steps must be a whole number from 0 to 92.*; got 92"),
         ({"planning_steps": 1.0}, ParameterTypeError, "planning_steps .* got 1.0"),
         (
             {"search_control": "trajectry"},

@@ -197,7 +197,7 @@ class DynaH(Learner):
         search_control: Literal["trajectory", "restart", "random"] = "trajectory",
         **parameters: Unpack[LearnerParameters],
     ) -> None:
-        self.planning_steps = check_int("planning_steps", planning_steps, 0)
+        self.planning_steps = check_int("planning_steps", planning_steps, 0, np.iinfo(np.int64).max)
         self.search_control = check_name("search_control", search_control, (c.name.lower() for c in SearchControl))
         super().__init__(env, **parameters)
         given = self.problem.heuristic if heuristic is None else heuristic
