@@ -137,11 +137,12 @@ def test_small_errors_count_among_large_ones() -> None:
     compare(SarsaLambda, problem, 1, alpha=0.5, gamma=0.5, lambda_=1.0)
 
 
+@pytest.mark.parametrize("lambda_", [0.9, 1e-7])
 @pytest.mark.parametrize("learner", ["SarsaLambda", "TeamQ"])
-def test_a_pair_without_a_trace_does_not_meet_its_rows_large_errors(learner: str) -> None:
+def test_a_pair_without_a_trace_does_not_meet_its_rows_large_errors(learner: str, lambda_: float) -> None:
     # State 0 stays for 1e6 a step until action 1 leads away for 1e-6: that pair's value has sixteen digits, too.
     problem = TabularMDP([[0, 1], [1, 1]], [[1e6, 1e-6], [1e-6, 1e-6]], [[False, False], [True, True]])
-    parameters: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "lambda_": 0.9, "epsilon": 1.0}
+    parameters: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "lambda_": lambda_, "epsilon": 1.0}
     if learner == "TeamQ":
         parameters["cut_traces"] = False
     for seed in range(10):
@@ -149,6 +150,19 @@ def test_a_pair_without_a_trace_does_not_meet_its_rows_large_errors(learner: str
         slow = TWINS[MADE[learner]](problem, seed=seed, **parameters)
         slow.episode(np.ones(2))
         np.testing.assert_allclose(learned, slow.q, rtol=1e-9, atol=0)
+
+
+def test_traces_that_decay_fast_cost_no_digits() -> None:
+    # State 0 stays or ends by chance: its row is visited again before it has caught up with the step before.
+    chances = np.full((2, 1, 2), 0.5)
+    ends = [[[False, True]], [[True, True]]]
+    problem = TabularMDP([[[0, 1]], [[1, 1]]], np.ones((2, 1, 2)), ends, chances)
+    parameters: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "lambda_": 1e-7, "seed": 3}
+    learned = SarsaLambda(problem, **parameters).learn(20).q[0]
+    slow = sarsa_lambda_twin(problem, **parameters)
+    for _ in range(20):
+        slow.episode(np.ones(1))
+    np.testing.assert_allclose(learned, slow.q, rtol=1e-13)
 
 
 DYADIC: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "ties": "first", "epsilon": 0.5, "epsilon_decay": 0.75}
