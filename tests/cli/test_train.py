@@ -232,6 +232,7 @@ def test_bins_can_be_quantiles(capsys: pytest.CaptureFixture[str]) -> None:
     wanted = ["train", "q-learning", "CartPole-v1", "--episodes", "5", "--evaluate", "2", "--out", "pole"]
     assert status_of(*wanted, "--quantile-bins", "1,1,3,2") == 0
     assert "CartPole-v1: stepped in Python (6 states, 2 actions)" in capsys.readouterr().err
+    assert tuckerl.QLearning.load("pole/agent.tuckerl").n_agents == 1, "where nobody asks for more"
     assert status_of("evaluate", "pole/agent.tuckerl", "--episodes", "2") == 0
     assert status_of(*wanted, "--quantile-bins", "1,1,3,3") == 2
     assert "(quantile_bins is [1, 1, 3, 2] there and [1, 1, 3, 3] now)" in capsys.readouterr().err

@@ -95,6 +95,9 @@ def test_the_shortest_path_of_the_best_agent_is_pictured(study: Study, tables: S
     for path in summary.paths:
         shortest = tables.runs.filter(variant=path.variant, instance=0, run=0)["steps"].min()
         assert path.states.size - 1 == shortest
+        agents = tables.runs.filter(variant=path.variant).group_by("instance", "run", "agent")
+        best = agents.agg(pl.col("steps").min())["steps"].mean()
+        assert summary.best_episodes[path.variant] == pytest.approx(best)
 
 
 def paper_tables(seconds: dict[str, float], steps: dict[str, int]) -> tuple[Study, StudyTables]:
