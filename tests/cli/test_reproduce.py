@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import runpy
 import signal
 import subprocess
 import sys
@@ -22,6 +23,7 @@ def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.compiled
 def test_a_small_study_from_the_command_line(tmp_path: Path) -> None:
     done = run("reproduce", "dyna-maze", "--quick", "--runs", "2", "--episodes", "20", "--workers", "2", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -89,6 +91,17 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--version"])
     assert end.value.code == 0
     assert capsys.readouterr().out == f"tuckerl {tuckerl.__version__}\n"
+
+
+def test_the_package_is_the_command_and_can_be_imported(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["tuckerl", "--version"])
+    with pytest.raises(SystemExit):
+        runpy.run_module("tuckerl", run_name="__main__")
+    assert capsys.readouterr().out == f"tuckerl {tuckerl.__version__}\n"
+    runpy.run_module("tuckerl.__main__", run_name="imported")  # as worker processes do
+    assert capsys.readouterr().out == ""
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="signals reach process groups on POSIX only")
