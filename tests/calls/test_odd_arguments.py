@@ -10,7 +10,7 @@ import pettingzoo
 import pytest
 
 import tuckerl
-from tests.calls.values import learner, mdp
+from tests.calls.values import learner, mdp, nested
 from tuckerl import cli, errors
 from tuckerl.environments.robot_rescue_env import RobotRescueEnv
 from tuckerl.reports.inspect import inspect_learner, inspect_tensor, inspection_figures, write_inspection
@@ -58,7 +58,7 @@ WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
     "an environment's class": (
         tuckerl.QLearning,
         [tuckerl.TabularMDP, lambda x: x],
-        r"env, as it makes .* must take \(\)",
+        r"a callable that makes .* must take \(\)",
     ),
     "an environment without spaces": (tuckerl.QLearning, [gymnasium.Env, gymnasium.Env()], "has no observation_space"),
     "agents without spaces": (
@@ -96,6 +96,32 @@ WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
     ),
     "share": (lambda v: tuckerl.TensorStep(2, (1, 1, 1, 1), share=v), [lambda: 0], r"share must take \(context\)"),
     "callbacks": (lambda v: learner().learn(1, callbacks=v), [3, "ab", print, {1}], "callbacks must be a sequence"),
+    "where to judge": (
+        lambda v: learner().evaluate(1, env=v),
+        [tuckerl.QLearning, lambda x: x],
+        r"must take \(\); got",
+    ),
+    "what a callable makes": (
+        lambda v: learner().evaluate(1, env=v),
+        [mdp, lambda: 3],
+        "the callable must make a Gymnasium environment",
+    ),
+    "names that are no text": (lambda v: learner().change(v), [{1: 2}, {1: 2, "a": 3}, {None: 1}], "no parameter"),
+    "bins of another number": (
+        lambda v: space_encoder(gymnasium.spaces.Box(0, 1, (2,)), [v]),
+        [HUGE, nested(5000)],
+        "one entry for each of 2 dimensions; got 1: a list",
+    ),
+    "what a space is called": (
+        lambda v: space_encoder(gymnasium.spaces.Discrete(2), what=v),
+        [3, nested(5000)],
+        "what must be text",
+    ),
+    "a product out of range": (
+        lambda v: tuckerl.mode_product(X, v, 0),
+        [np.full((1, 4), 1.7e308)],
+        "leaves the range of floats",
+    ),
     "a callback": (lambda v: learner().learn(1, callbacks=[v]), [lambda: 0], r"a callback must take \(learner\)"),
     "progress": (lambda v: learner().learn(1, progress=v), [1, "no", np.ones(2)], "progress must be True or False"),
     "huge views": (

@@ -69,7 +69,8 @@ def _in_itself() -> list[Any]:
     return values
 
 
-def _nested(depth: int) -> Any:
+def nested(depth: int) -> Any:
+    """Return lists within lists."""
     values: Any = 1
     for _ in range(depth):
         values = [values]
@@ -175,7 +176,7 @@ _TEXTS: list[Make] = [
 ]
 _LISTS: list[Make] = [
     *(list, lambda: [[]], lambda: [1, 2], lambda: [[1], [1, 2]], lambda: [None], lambda: ["a", 1], lambda: [[[1]]]),
-    *(_in_itself, lambda: _nested(50), lambda: _nested(5000), lambda: [[1, 2], 3], lambda: [float("nan")]),
+    *(_in_itself, lambda: nested(50), lambda: nested(5000), lambda: [[1, 2], 3], lambda: [float("nan")]),
     *these(
         (), (1,), (1, 2), (0, 0), (1, 2, 3), (1, 1, 1, 1), (2, 2, 2, 2), (-1, 2), (0.5, 0.5), (1, 10**30), ("a", "b")
     ),

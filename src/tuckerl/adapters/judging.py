@@ -6,7 +6,7 @@ from typing import Any
 import gymnasium
 from pettingzoo.utils import BaseParallelWrapper
 
-from tuckerl.adapters.making import make_environment, maker_of
+from tuckerl.adapters.making import made_of, make_environment
 from tuckerl.adapters.python_problem import PythonProblem
 from tuckerl.adapters.resolve import AdapterOptions, Environment, as_problem
 from tuckerl.errors import ParameterError, SpaceError
@@ -87,8 +87,7 @@ def _stepped(env: Any, learned: Problem, options: AdapterOptions, *, render: boo
     """
     bins = learned.edges if isinstance(learned, PythonProblem) else None
     options = replace(options, bins=bins, compiled=False, tries_out=False)
-    make = maker_of(env)
-    made = env if make is None else make()
+    made, make = made_of(env, "env")
     shown = _shown(made) if render else made
     try:
         problem: Any = as_problem(shown, options)

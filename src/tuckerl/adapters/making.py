@@ -31,10 +31,20 @@ Made = GymEnvironment | ParallelEnvironment
 
 
 def maker_of(env: Any) -> Callable[[], Any] | None:
-    """Return what makes environments where `env` is an id or a callable; None where it is anything else."""
+    """Return what makes environments where `env` is an id or a callable; None where it is anything else.
+
+    Raises
+    ------
+    ParameterError
+        If it is a callable that cannot be called without arguments.
+    """
     if isinstance(env, str):
         return partial(make_environment, env)
-    return env if callable(env) and not isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)) else None
+    if not callable(env) or isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
+        return None
+    check_function("a callable that makes environments", env, "")
+    make: Callable[[], Any] = env
+    return make
 
 
 def made_of(env: Any, name: str) -> tuple[Any, Callable[[], Any] | None]:
@@ -55,8 +65,6 @@ def made_of(env: Any, name: str) -> tuple[Any, Callable[[], Any] | None]:
         If it has no spaces.
     """
     make = maker_of(env)
-    if make is not None and make is env:
-        check_function(f"{name}, as it makes an environment,", env, "")
     made = env if make is None else make()
     if isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
         check_spaces(made)

@@ -129,7 +129,7 @@ def bin_entries(bins: Any, dimensions: int, what: str) -> list[Any]:
     if not listed or isinstance(bins, (str, bytes)):
         raise ParameterTypeError(f"{expected}; got {shown(bins)}")
     if len(bins) != dimensions:
-        raise ParameterError(f"{expected}; got {len(bins)}: {bins!r}")
+        raise ParameterError(f"{expected}; got {len(bins)}: {shown(bins)}")
     return list(bins)
 
 

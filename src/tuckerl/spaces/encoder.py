@@ -21,7 +21,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Dict, Discrete, MultiBinary, MultiDiscrete, Tuple
 
-from tuckerl.checks import shown
+from tuckerl.checks import check_text, shown
 from tuckerl.errors import ParameterError, ParameterTypeError, SpaceError
 from tuckerl.spaces.bins import Bins, bin_entries, box_bounds, box_edges, value_edges
 from tuckerl.spaces.encoder_kinds import BinnedEncoder, ProductEncoder, SpaceEncoder, WholeNumberEncoder
@@ -64,6 +64,7 @@ def space_encoder(space: gymnasium.Space[Any], bins: Bins | None = None, *, what
     >>> plane.sizes, plane.decode(7)
     ((4, 2), array([0.75, 0.5 ], dtype=float32))
     """
+    what = check_text("what", what)
     if isinstance(space, (Tuple, Dict)):
         bins_of = _bins_of_parts(space, bins, what)
         parts = {key: space_encoder(part, bins_of[key], what=f"{what}[{key!r}]") for key, part in _parts(space).items()}
@@ -201,7 +202,7 @@ def _bins_of_parts(space: gymnasium.Space[Any], bins: Bins | None, what: str) ->
             )
         unknown = [key for key in bins if key not in parts]
         if unknown:
-            raise ParameterError(f"bins of {what} must have keys of {space}; got {', '.join(map(repr, unknown))}")
+            raise ParameterError(f"bins of {what} must have keys of {space}; got {', '.join(map(shown, unknown))}")
         return {key: bins.get(key) for key in parts}
     if not isinstance(bins, Sequence) or isinstance(bins, str):
         raise ParameterTypeError(

@@ -119,7 +119,7 @@ def mode_product(X: NDArray[Any], matrix: NDArray[Any], mode: int) -> NDArray[An
     ParameterTypeError, ParameterError
         If there is no such mode.
     TensorError
-        If the matrix does not have I_n columns.
+        If the matrix does not have I_n columns, there are other things than numbers, or the product is not finite.
 
     Examples
     --------
@@ -138,7 +138,14 @@ def mode_product(X: NDArray[Any], matrix: NDArray[Any], mode: int) -> NDArray[An
             f"the matrix of a mode-{mode} product with a tensor of shape {X.shape} must have shape "
             f"(any, {X.shape[mode]}); got {matrix.shape}: transpose it or choose another mode"
         )
-    return multiply_mode(X, matrix, mode)
+    with np.errstate(over="ignore", invalid="ignore"):
+        product = multiply_mode(X, matrix, mode)
+    if not np.isfinite(product).all() and np.isfinite(X).all() and np.isfinite(matrix).all():
+        raise TensorError(
+            "a mode product must be finite where X and the matrix are; it leaves the range of floats: "
+            "divide one of them by its largest entry"
+        )
+    return product
 
 
 def _check_mode(mode: object, order: int) -> int:

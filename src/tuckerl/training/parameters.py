@@ -104,9 +104,9 @@ def check_known(learner: type, parameters: "Mapping[str, object]") -> None:
     known = keywords_of(learner)
     unknown = set(parameters) - {*known, "env"}
     if unknown:
-        name = min(unknown)
-        hint = word_to_use("constructor", name, known)
-        raise ParameterTypeError(f"{learner.__name__} has no parameter {name!r}: {hint}")
+        name = min(unknown, key=shown)
+        hint = word_to_use("constructor", str(name), known)
+        raise ParameterTypeError(f"{learner.__name__} has no parameter {shown(name)}: {hint}")
 
 
 def kept_parameters(learner: "Learned") -> dict[str, Any]:
