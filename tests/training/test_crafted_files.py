@@ -327,6 +327,13 @@ def test_masks_that_were_seen_are_checked(tmp_path: Path) -> None:
     assert "an action mask must allow an action in every state" in refusal(none, path, Masked())
 
 
+def test_agents_of_one_world_have_finished_equally_many_episodes(tmp_path: Path) -> None:
+    parts = parts_of(QLearning(Masked(), seed=1).learn(4), tmp_path)
+    behind = changed(parts, "state/finished", put(2, -1))  # it could not catch up, and `learn` would wait for that
+    said = refusal(behind, tmp_path / "agent.tuckerl", Masked())
+    assert "agents that share a world must have finished equally many episodes" in said
+
+
 def test_places_in_a_block_of_random_numbers_are_checked(tmp_path: Path) -> None:
     class Twisted(SeededTableEnv):
         def reset(self, **options: Any) -> Any:

@@ -29,6 +29,7 @@ class EpisodeHistory:
     """
 
     def __init__(self, n_agents: int, *, shares_world: bool = False) -> None:
+        self._shares_world = shares_world
         self._clocks = slice(n_agents) if shares_world else slice(1)  # of whose steps the largest number counts
         self._steps: IntArray = np.zeros((n_agents, 0), dtype=np.int64)
         self._returns: FloatArray = np.zeros((n_agents, 0))
@@ -101,8 +102,7 @@ class EpisodeHistory:
         n = self.most_episodes
         return {"steps": self._steps[:, :n], "returns": self._returns[:, :n], "finished": self.finished}
 
-    @staticmethod
-    def read(arrays: SavedArrays, n_agents: int, *, diverged: bool) -> dict[str, np.ndarray]:
+    def read(self, arrays: SavedArrays, n_agents: int, *, diverged: bool) -> dict[str, np.ndarray]:
         """Return the arrays that `to_arrays` returned, from a file.
 
         Parameters
@@ -125,6 +125,8 @@ class EpisodeHistory:
             raise SavedFileError(
                 f"it has {n_episodes[0]} episodes, and the first to have finished most has another number"
             )
+        if self._shares_world and finished.min() != finished.max():  # nobody there can catch up alone
+            raise SavedFileError("agents that share a world must have finished equally many episodes")
         if np.isnan(returns).any() and not diverged:  # sums of finite rewards may be infinite
             raise SavedFileError("the returns of episodes must be numbers")
         return {"steps": steps, "returns": returns, "finished": finished}
