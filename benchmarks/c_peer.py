@@ -1,4 +1,4 @@
-"""The same loops in C, compiled on the spot where there is a compiler."""
+"""Loops in C and C++, compiled on the spot where there is a compiler."""
 
 import ctypes
 import shutil
@@ -14,19 +14,22 @@ from tuckerl.rng import child, seed_sequence, stream
 from tuckerl.types import FloatArray, IntArray, Stream
 
 HERE = Path(__file__).parent
-NO_COMPILER = "C (left out: no compiler)"
+NO_COMPILER = "left out: no compiler"
 
 
-def compiled(name: str) -> ctypes.CDLL | None:
-    """Return ``name.c`` as a loaded library, or None without a C compiler."""
-    compiler = next((found for found in map(shutil.which, ("cc", "gcc", "clang")) if found), None)
+COMPILERS = {".c": ("cc", "gcc", "clang"), ".cpp": ("c++", "g++", "clang++")}
+
+
+def compiled(source: str) -> ctypes.CDLL | None:
+    """Return a file of this folder as a loaded library, or None without a compiler."""
+    compiler = next((found for found in map(shutil.which, COMPILERS[Path(source).suffix]) if found), None)
     if compiler is None:
         return None
     (HERE / "build").mkdir(exist_ok=True)
-    library = HERE / "build" / f"{name}.so"
+    library = HERE / "build" / f"{source}.so"
     # Without contraction of a * b + c, so that its results are the kernels' to the last bit.
     flags = ["-O3", "-march=native", "-ffp-contract=off", "-shared", "-fPIC"]
-    subprocess.run([compiler, *flags, "-o", str(library), str(HERE / f"{name}.c"), "-lm"], check=True)
+    subprocess.run([compiler, *flags, "-o", str(library), str(HERE / source), "-lm"], check=True)
     return ctypes.CDLL(str(library))
 
 
@@ -35,7 +38,7 @@ Played = tuple[FloatArray, IntArray]
 
 def dyna_h(problem: TabularMDP, planning_steps: int, episodes: int, seed: int) -> Callable[[], Played] | None:
     """Return a function that plays Dyna-H (Q-learning with 0 planning steps) in C: tables and steps out."""
-    library = compiled("dyna_h")
+    library = compiled("dyna_h.c")
     if library is None:
         return None
     arrays = problem.arrays

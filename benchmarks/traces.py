@@ -83,7 +83,7 @@ def _rows(n_states: int, n_actions: int) -> list[Row]:
 
 
 def _in_c(problem: TabularMDP, name: str, epsilon: float) -> Callable[[], FloatArray] | None:
-    library = c_peer.compiled("sarsa_lambda")
+    library = c_peer.compiled("sarsa_lambda.c")
     if library is None:
         return None
 
