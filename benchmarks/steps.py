@@ -1,6 +1,7 @@
-"""A step of Q-learning and SARSA on random tables, against Q-learning in C++ as it is written plainly and with every trick."""
+"""A step of Q-learning and SARSA on random tables, against Q-learning in C++: written plainly, and with every trick."""
 
 import ctypes
+from collections.abc import Callable
 
 import numpy as np
 
@@ -33,7 +34,7 @@ def _rows(n_states: int, n_actions: int) -> list[Row]:
     size, library = f"{n_states} x {n_actions}", c_peer.compiled("q_learning.cpp")
     learners: list[Learner] = [kind(problem, alpha=0.1, gamma=0.95, epsilon=0.1, seed=0) for kind in (QLearning, Sarsa)]
 
-    def in_cpp(name: str) -> object:
+    def in_cpp(name: str) -> Callable[[], object]:
         arrays, state = problem.arrays, np.array([SEED], dtype=np.uint64)
         parts = [np.ascontiguousarray(part) for part in (arrays.next_state, arrays.reward)]
         if name == "followed":
