@@ -80,7 +80,7 @@ def put(value: Any, place: Any = 0) -> Callable[[np.ndarray], None]:
         ("state/q", lambda a: a.astype(np.float32), "must be float64 of"),
         ("state/streams", lambda a: a[:, :1], r"state/streams must be uint64 of the shape \(2, 4\)"),
         ("state/streams", put(0, 1), "streams of random numbers must not be zero"),
-        ("state/weights", put(np.inf), "state/weights must be at least 0.0 and finite"),
+        ("state/weights", put(np.inf), "the weights of actions must be those of the latest window"),
         ("state/weights", put(0.5), "the weights of actions must be those of the latest window"),
         ("state/steps", put(-1), "state/steps must be at least 0"),
         ("state/returns", put(np.nan), "the returns of episodes must be numbers"),
