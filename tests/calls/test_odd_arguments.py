@@ -129,6 +129,11 @@ WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
         [False],
         r"would take 1,000,000,000,000 bytes .* smaller",
     ),
+    "huge factors": (
+        tuckerl.action_weights,
+        [np.broadcast_to(0.5, (10**6, 10**6))],
+        "would take 8,000,000,000,000 bytes",
+    ),
     "kernel": (tuckerl.kernel, [3, gymnasium.Env, len], "a kernel must be a Python function"),
     "compiled": (lambda v: tuckerl.QLearning(mdp(), compiled=v), [np.zeros(0), np.zeros(2)], "compiled must be"),
     "team_reward": (lambda v: tuckerl.TeamQ(mdp(), team_reward=v), [np.zeros(2)], "team_reward is for PettingZoo"),

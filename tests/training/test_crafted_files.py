@@ -334,6 +334,13 @@ def test_agents_of_one_world_have_finished_equally_many_episodes(tmp_path: Path)
     assert "agents that share a world must have finished equally many episodes" in said
 
 
+def test_a_wrong_parameter_is_the_files_fault_also_where_an_environment_is_given(tmp_path: Path) -> None:
+    parts = parts_of(QLearning(Masked(), seed=1).learn(2), tmp_path)
+    parameters = parts.header["parameters"] | {"compiled": 3}
+    said = refusal(parts._replace(header=parts.header | {"parameters": parameters}), tmp_path / "agent", Masked())
+    assert "compiled must be 'auto', True or False; got 3" in said
+
+
 def test_places_in_a_block_of_random_numbers_are_checked(tmp_path: Path) -> None:
     class Twisted(SeededTableEnv):
         def reset(self, **options: Any) -> Any:

@@ -14,6 +14,7 @@ from tuckerl.checks import shown, to_array
 from tuckerl.errors import ParameterError, ParameterTypeError
 from tuckerl.generalization.answers import real_array
 from tuckerl.interrupts import may_raise_interrupts
+from tuckerl.memory import Part, check_memory
 from tuckerl.registers import load
 from tuckerl.tensor import TuckerDecomposition
 from tuckerl.types import FloatArray
@@ -69,6 +70,7 @@ def action_weights(action_factor: ArrayLike) -> FloatArray:
     given = to_array("action_factor", action_factor, expected)
     if given.dtype.kind not in "biuf":
         raise ParameterTypeError(f"action_factor must be {expected}; got dtype {given.dtype}")
+    check_memory("action_weights", [Part(f"its shape {given.shape}", 8 * given.size, "give a smaller factor")])
     factor = given.astype(np.float64)
     if factor.ndim != 2 or not np.isfinite(factor).all() or not factor.any():
         raise ParameterError(f"action_factor must be {expected}; got shape {factor.shape}")

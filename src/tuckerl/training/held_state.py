@@ -64,8 +64,7 @@ def read_weights(arrays: SavedArrays, step: HeldStep | None, n_actions: int) -> 
     SavedFileError
         If they are not those of the latest window.
     """
-    weights = arrays.take("weights", np.float64, (n_actions,), 0.0, finite=True)
-    in_force, n_windows = np.ones(n_actions), 0
+    weights, in_force, n_windows = arrays.take("weights", np.float64, (n_actions,)), np.ones(n_actions), 0
     if step is not None and step.history.episode.size:
         in_force, n_windows = step.history.weights[-1], step.history.episode.size
     if not np.array_equal(weights, in_force):

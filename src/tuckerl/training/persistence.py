@@ -15,7 +15,7 @@ import numpy as np
 
 from tuckerl._version import __version__
 from tuckerl.adapters.kinds import restore_problem, save_problem
-from tuckerl.adapters.resolve import Environment
+from tuckerl.adapters.resolve import Environment, check_compiled
 from tuckerl.checks import shown
 from tuckerl.errors import ParameterError, ParameterTypeError, SavedFileError
 from tuckerl.generalization.snapshots import one_number
@@ -166,7 +166,8 @@ def load(
     kind.check_changes(changes)
     with reading(path):
         parameters = _restored_parameters(kind, saved)
-    options = kind.adapter_options(parameters)
+        options = kind.adapter_options(parameters)
+        check_compiled(options.compiled)  # here, as it is the file's, which an environment's fault is not
     # What is wrong with an environment that was given is no fault of the file.
     with reading(path) if env is None else nullcontext():
         problem = restore_problem(header["problem"], arrays.group("problem"), env, path, options)
