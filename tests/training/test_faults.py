@@ -426,7 +426,7 @@ class Pressed(Faulty):
         return answer
 
 
-@pytest.mark.parametrize("n_agents", [1, 2])
+@pytest.mark.parametrize("n_agents", [1, pytest.param(2, marks=pytest.mark.compiled)])  # so that both get to play
 def test_the_first_ctrl_c_waits_for_the_end_of_what_is_played(n_agents: int) -> None:
     presses = iter([[30]])  # the first agent's environment, which is made first, has it
     learner = QLearning(lambda: Pressed(next(presses, ())), seed=3, n_agents=n_agents)
