@@ -195,6 +195,12 @@ def test_a_deviation_of_minus_zero_is_zero() -> None:
     np.testing.assert_array_equal(tuckerl.random_maze(4, 4, -0.0, goal=(3, 3)).walls, np.zeros((4, 4), dtype=np.bool_))
 
 
+def test_half_of_next_to_nothing_is_nothing() -> None:
+    np.testing.assert_array_equal(
+        tuckerl.Harmonic(1.0, 5e-324).values(3), [1.0, 0.0, 0.0]
+    )  # and NumPy warns of nothing
+
+
 def test_the_command_line_shortens_what_it_repeats(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as end:
         cli.main(["train", "sarsa", "FrozenLake-v1", "--episodes", "9" * 10_000])

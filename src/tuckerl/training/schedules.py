@@ -183,7 +183,8 @@ class Harmonic(Schedule):
 
     def values(self, n_episodes: int) -> FloatArray:
         """Return the numbers of the first episodes."""
-        values: FloatArray = self.start / (1.0 + np.arange(_count(n_episodes)) / self.half_after)
+        with np.errstate(over="ignore"):  # a quotient out of range gives 0, as it should
+            values: FloatArray = self.start / (1.0 + np.arange(_count(n_episodes)) / self.half_after)
         return values
 
     @property
