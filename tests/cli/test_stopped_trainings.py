@@ -11,7 +11,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has oth
 
 
 def test_killed_trainings_go_on_to_the_same_bits(tmp_path: Path) -> None:
-    stopped_again_and_again(kill, 5, tmp_path, seed=1)
+    stopped_again_and_again(kill, 3, tmp_path, seed=1)
 
 
 @pytest.mark.long
@@ -20,7 +20,7 @@ def test_trainings_killed_hundreds_of_times_go_on_to_the_same_bits(tmp_path: Pat
 
 
 def test_interrupted_trainings_go_on_to_the_same_bits(tmp_path: Path) -> None:
-    stopped_again_and_again(interrupt, 3, tmp_path, seed=3)
+    stopped_again_and_again(interrupt, 2, tmp_path, seed=3)
 
 
 @pytest.mark.long

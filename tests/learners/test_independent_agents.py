@@ -96,9 +96,11 @@ LEARNERS: dict[str, tuple[Any, dict[str, Any]]] = {
     "sarsa-lambda": (SarsaLambda, {"trace": "accumulating", "carry_trace": True, "alpha": 0.05}),
     "dyna-h": (DynaH, {"heuristic": np.arange(4.0), "planning_steps": 3}),
 }
+LOOPS = ("sarsa-lambda", "dyna-h")  # each compiles a loop of its own, for half a minute
+QUICK_AND_LONG = [pytest.param(name, marks=pytest.mark.long) if name in LOOPS else name for name in LEARNERS]
 
 
-@pytest.mark.parametrize("name", LEARNERS)
+@pytest.mark.parametrize("name", QUICK_AND_LONG)
 def test_places_that_an_agent_has_not_got_are_never_used(name: str) -> None:
     made, parameters = LEARNERS[name]
     learner = made(Unequal(), initial_q=7.0, epsilon=0.5, seed=3, **parameters).learn(40)
@@ -161,7 +163,7 @@ def test_an_evaluation_leaves_learning_alone() -> None:
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
 @pytest.mark.parametrize("step", [None, STEP])
 @pytest.mark.parametrize("world", ["leaving", "masked", "dice"])
-@pytest.mark.parametrize("name", LEARNERS)
+@pytest.mark.parametrize("name", QUICK_AND_LONG)
 def test_going_on_equals_never_having_stopped(name: str, world: str, step: Any, tmp_path: Path) -> None:
     made, parameters = LEARNERS[name]
     if name == "dyna-h":

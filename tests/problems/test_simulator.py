@@ -110,7 +110,7 @@ def test_one_compiled_kernel_plays_all_simulators(slippery: Simulator) -> None:
     for simulator in (slippery, line(slip=0.3), cart_pole(), cart_pole(reward="sign")):
         play(simulator.world().arrays, 1, rng())
     compiled: Any = play
-    assert len(compiled.signatures) == 1
+    assert len(compiled.for_python.signatures) == 1
 
 
 def test_agents_and_learners_share_no_state(slippery: Simulator) -> None:

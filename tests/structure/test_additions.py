@@ -142,6 +142,7 @@ def test_each_takes_one_line_outside_of_its_file(copy: Path) -> None:
     }
 
 
+@pytest.mark.long  # a page's example runs them in every run of the tests, for one of these
 @pytest.mark.parametrize("learner", ["DoubleQLearning", "ExpectedSarsa", "WolfPhc"])
 def test_a_learner_passes_the_checks(learner: str, run: Run) -> None:
     run("-c", f"import tuckerl; tuckerl.testing.check_learner(tuckerl.{learner})")
@@ -198,6 +199,7 @@ np.testing.assert_allclose(counts, [0.1, 0.2, 0.3, 0.4], atol=0.02)
 """
 
 
+@pytest.mark.long
 def test_a_policy_serves_every_learner(run: Run) -> None:
     run("-c", SOFTMAX)
 

@@ -49,13 +49,16 @@ LEARNERS: list[tuple[type[Learner], dict[str, Any]]] = [
     (tuckerl.Sarsa, {}),
     (tuckerl.SarsaLambda, {"lambda_": 0.8, "trace": "accumulating"}),
     (tuckerl.SarsaLambda, {"carry_trace": True}),
-    (tuckerl.DynaH, {"planning_steps": 5}),
     (tuckerl.TeamQ, {}),
-    (ExpectedSarsa, {}),
 ]
+SLOWER: list[tuple[type[Learner], dict[str, Any]]] = [(tuckerl.DynaH, {"planning_steps": 5}), (ExpectedSarsa, {})]
 
 
-@pytest.mark.parametrize(("learner", "parameters"), LEARNERS, ids=lambda part: getattr(part, "__name__", str(part)))
+@pytest.mark.parametrize(
+    ("learner", "parameters"),
+    [*LEARNERS, *(pytest.param(*one, marks=pytest.mark.long) for one in SLOWER)],
+    ids=lambda part: getattr(part, "__name__", str(part)),
+)
 def test_every_learner_is_right(learner: type[Learner], parameters: dict[str, Any]) -> None:
     check_learner(learner, parameters=parameters)
 

@@ -148,7 +148,7 @@ def test_epsilon_is_the_short_way_to_the_default_policy(learner: Any, epsilon: A
     np.testing.assert_array_equal(learner(problem, policy=EpsilonGreedy(0.5, 0.9), seed=3).learn(15).q, decayed.q)
 
 
-@pytest.mark.parametrize("learner", LEARNERS)
+@pytest.mark.parametrize("learner", [LEARNERS[0], *(pytest.param(one, marks=pytest.mark.long) for one in LEARNERS[1:])])
 def test_greedy_learns_as_epsilon_0_does(learner: Any) -> None:
     # Epsilon-greedy draws whether to explore even where it never does. Where nothing else is drawn, that is no matter.
     maze = random_maze(3).to_mdp(max_episode_steps=60)
