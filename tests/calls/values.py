@@ -313,7 +313,8 @@ def _altered_array(right: np.ndarray, rng: Rng) -> Any:
         copy.flat[rng.integers(copy.size)] = _chosen((np.nan, np.inf, -np.inf, 1e308, -1.0, 5e-324, 2.0, 1e-9), rng)
         return copy
     if what < 3 and copy.size and copy.dtype.kind in "iu":
-        copy.flat[rng.integers(copy.size)] = _chosen((-1, 0, 100, 4, 2**31 - 1, 1), rng)
+        value = _chosen((-1, 0, 100, 4, 2**31 - 1, 1), rng)
+        copy.flat[rng.integers(copy.size)] = np.array(value).astype(copy.dtype)  # wraps around in small types
         return copy
     with np.errstate(all="ignore"):
         forms: tuple[Make, ...] = (

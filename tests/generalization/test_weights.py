@@ -32,6 +32,11 @@ def test_omega_of_what_is_no_factor(factor: Any) -> None:
         action_weights(factor)
 
 
+@pytest.mark.parametrize("unit", [1e308, 1e160, 2.0**-1050, 5e-324])
+def test_omega_of_numbers_whose_squares_are_out_of_range(unit: float) -> None:
+    np.testing.assert_allclose(action_weights([[unit, 0.0], [0.0, unit], [unit, unit]]), [0.5, 0.5, np.sqrt(0.5)])
+
+
 @pytest.mark.parametrize("rank", [1, 2, 3])
 def test_squares_of_omega_sum_to_one_and_none_exceeds_its_bound(rank: int) -> None:
     step = TensorStep(every=5, ranks=(4, rank, 3, 2))

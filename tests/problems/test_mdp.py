@@ -130,6 +130,12 @@ def test_actions_of_several_agents() -> None:
         ({"action_sizes": (2.0,)}, ParameterTypeError, r"each of action_sizes must be a whole number"),
         ({"action_sizes": 2}, ParameterTypeError, r"action_sizes must be one whole number for each agent; got 2"),
         ({"heuristic": [1, 2, 3]}, ProblemError, r"heuristic must be 2 finite numbers.*got an array of shape \(3,\)$"),
+        (
+            {"heuristic": np.broadcast_to(0.0, (10**6, 10**6))},
+            ProblemError,
+            r"got an array of shape \(1000000, 1000000\)$",
+        ),
+        ({"action_names": ["up", 10**5000]}, ProblemError, "action_names must be 2 names.*cannot be written"),
         ({"heuristic": [1, math.inf]}, ProblemError, r"heuristic must be 2 finite numbers.*not finite"),
         ({"heuristic": ["a", "b"]}, ParameterTypeError, r"heuristic must hold numbers"),
     ],

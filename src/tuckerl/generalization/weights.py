@@ -74,7 +74,8 @@ def action_weights(action_factor: ArrayLike) -> FloatArray:
     factor = given.astype(np.float64)
     if factor.ndim != 2 or not np.isfinite(factor).all() or not factor.any():
         raise ParameterError(f"action_factor must be {expected}; got shape {factor.shape}")
-    norms: FloatArray = np.linalg.norm(factor, axis=1)
+    # By a power of two, which changes no bit of the result: squares of the largest numbers are out of range.
+    norms: FloatArray = np.linalg.norm(np.ldexp(factor, -np.frexp(np.abs(factor).max())[1]), axis=1)
     return norms / np.linalg.norm(norms)
 
 

@@ -58,11 +58,11 @@ def check_heuristic(heuristic: ArrayLike, n_states: int) -> FloatArray:
         If it has another shape or a value that is not finite.
     """
     values = as_numbers("heuristic", heuristic)
-    if values.shape != (n_states,) or not np.isfinite(values).all():
-        raise ProblemError(
-            f"heuristic must be {n_states} finite numbers, one for each state; got an array of shape {values.shape}"
-            f"{'' if np.isfinite(values).all() else ' with values that are not finite'}"
-        )
+    expected = f"heuristic must be {n_states} finite numbers, one for each state"
+    if values.shape != (n_states,):
+        raise ProblemError(f"{expected}; got an array of shape {values.shape}")
+    if not np.isfinite(values).all():
+        raise ProblemError(f"{expected}; got values that are not finite")
     return values
 
 
@@ -103,7 +103,7 @@ def check_action_names(names: Sequence[str] | None, n_actions: int) -> tuple[str
     Raises
     ------
     ProblemError
-        If there is another number of them.
+        If there is another number of them, or one cannot be written.
     """
     if names is None:
         return None
@@ -111,7 +111,10 @@ def check_action_names(names: Sequence[str] | None, n_actions: int) -> tuple[str
     listed = list(names) if isinstance(names, str) else check_sequence("action_names", names, expected)
     if len(listed) != n_actions:
         raise ProblemError(f"action_names must be {expected}; got {len(listed)}")
-    return tuple(map(str, listed))
+    try:
+        return tuple(map(str, listed))
+    except ValueError as error:  # Python writes no integer of thousands of digits
+        raise ProblemError(f"action_names must be {expected}; one of them cannot be written ({error})") from error
 
 
 def as_array(name: str, values: ArrayLike) -> NDArray[Any]:
