@@ -42,6 +42,7 @@ def dyna_h(problem: TabularMDP, planning_steps: int, episodes: int, seed: int) -
     if library is None:
         return None
     arrays = problem.arrays
+    outcomes = [np.ascontiguousarray(part) for part in (arrays.next_state, arrays.reward, arrays.terminated)]
     heuristic = np.zeros(problem.n_states) if problem.heuristic is None else problem.heuristic
     weights = np.ones(problem.n_actions)
 
@@ -50,7 +51,7 @@ def dyna_h(problem: TabularMDP, planning_steps: int, episodes: int, seed: int) -
         steps = np.zeros(episodes, dtype=np.int64)
         rng = agents_stream(seed)
         library.play(
-            *map(pointer, (arrays.next_state, arrays.reward, arrays.terminated, heuristic)),
+            *map(pointer, (*outcomes, heuristic)),
             *map(ctypes.c_int64, (problem.n_states, problem.n_actions, int(arrays.start_state[0]))),
             *map(ctypes.c_int64, (arrays.max_episode_steps, episodes, planning_steps)),
             *map(ctypes.c_double, (0.1, 0.95, 0.1)),
@@ -67,5 +68,13 @@ def agents_stream(seed: int) -> Stream:
 
 
 def pointer(array: Any) -> ctypes.c_void_p:
-    """Return where an array begins."""
+    """Return where an array begins, whose entries must follow each other: C knows no strides.
+
+    Raises
+    ------
+    ValueError
+        If they do not.
+    """
+    if not array.flags.c_contiguous:
+        raise ValueError(f"C would read beyond the entries of an array with the strides {array.strides}")
     return ctypes.c_void_p(array.ctypes.data)

@@ -86,11 +86,12 @@ def _in_c(problem: TabularMDP, name: str, epsilon: float) -> Callable[[], FloatA
     library = c_peer.compiled("sarsa_lambda.c")
     if library is None:
         return None
+    outcomes = [np.ascontiguousarray(part) for part in (problem.arrays.next_state, problem.arrays.reward)]
 
     def play() -> FloatArray:
         q = np.zeros((problem.n_states, problem.n_actions))
         getattr(library, name)(
-            *map(c_peer.pointer, (problem.arrays.next_state, problem.arrays.reward)),
+            *map(c_peer.pointer, outcomes),
             *map(ctypes.c_int64, (problem.n_states, problem.n_actions, HORIZON, EPISODES)),
             *map(ctypes.c_double, (ALPHA, GAMMA, LAMBDA, epsilon)),
             *map(c_peer.pointer, (c_peer.agents_stream(0), q)),
