@@ -151,7 +151,7 @@ def update(algorithm: DynaHState, agent: AgentArrays, transition: Transition, ne
     return np.isfinite(value + plan(algorithm, agent, state))
 
 
-register_algorithm(DynaHState, update=update, keeps_maxima=True)
+register_algorithm(DynaHState, update=update)
 
 
 class DynaH(Learner):
