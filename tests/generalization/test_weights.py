@@ -151,6 +151,12 @@ def test_wrong_answers_of_a_weights_function(answer: Any) -> None:
         learner.learn(5)
 
 
+def test_an_answer_larger_than_memory_is_refused_by_its_size() -> None:
+    learner = _learner(lambda decomposition: np.broadcast_to(0.5, (10**6, 10**6)))
+    with pytest.raises(MemoryError, match=r"\(1000000, 1000000\).*answer with fewer numbers"):
+        learner.learn(5)
+
+
 @pytest.mark.parametrize("weights", WEIGHTS)
 def test_a_window_without_values_leaves_everything_as_it_is(weights: str) -> None:
     problem = TabularMDP([[0, 0]], [[0.0, 0.0]], [[True, True]])

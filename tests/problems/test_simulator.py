@@ -100,6 +100,11 @@ def test_they_draw_from_the_agents_stream(slippery: Simulator) -> None:
     assert np.array_equal(compiled, plain)
 
 
+def test_a_number_of_states_that_python_does_not_write_is_shown() -> None:
+    huge = Simulator(lambda p, s, r: None, lambda p, s, a, r: (0.0, True), n_states=10**5000, n_actions=2)
+    assert "about 10^5000 states" in repr(huge)
+
+
 def test_a_time_limit_ends_episodes(slippery: Simulator) -> None:
     for limit in (1, 3):  # the end is 4 steps away
         assert play(slippery.with_time_limit(limit).world().arrays, 5, rng()) == (5 * limit, -5.0 * limit)

@@ -296,8 +296,8 @@ class Simulator(Problem):
 
     def __repr__(self) -> str:
         return (
-            f"Simulator({self.functions.step.__module__}, {self.n_states} states, {self.n_actions} actions, "
-            f"max_episode_steps={self.max_episode_steps})"
+            f"Simulator({self.functions.step.__module__}, {shown(self.n_states)} states, "
+            f"{shown(self.n_actions)} actions, max_episode_steps={self.max_episode_steps})"
         )
 
 
