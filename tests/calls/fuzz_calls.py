@@ -250,10 +250,11 @@ def main() -> None:
         figures = try_calls(int(first), int(count), tell=lambda line: print(line, flush=True))  # noqa: T201  # a program
         print(dict(figures.outcomes), len(figures.failures))  # noqa: T201  # as above
     else:
-        prepare()
-        case = drawn(int(first))
-        print(case.target.name, case.given, outcome_of(case), sep="\n")  # noqa: T201  # as above
-        case.target.check(case.target.call(case.target.subject(), **drawn(int(first)).given))
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+            prepare()
+            case = drawn(int(first))
+            print(case.target.name, shown(case.given), outcome_of(case), sep="\n")  # noqa: T201  # as above
+            case.target.check(case.target.call(case.target.subject(), **drawn(int(first)).given))
 
 
 if __name__ == "__main__":
