@@ -26,6 +26,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tuckerl.checks import shown
+
 ROOT = Path(__file__).parents[2]
 HANGS = 120
 """Seconds after which a call is taken to hang."""

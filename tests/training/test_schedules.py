@@ -129,7 +129,16 @@ def test_random_predictions_use_the_present_epsilon() -> None:
         (lambda: Exponential(0.5, -0.1), ParameterError, r"decay must be a number in \[0, 1\]; got -0.1"),
         (lambda: Exponential(0.5, 0.9, minimum=2), ParameterError, r"minimum must be .* got 2.0"),
         (lambda: Linear(1, -1, 5), ParameterError, r"stop must be a number in \[0, 1\]; got -1.0"),
-        (lambda: Linear(1, 0, 0), ParameterError, "episodes must be a whole number of at least 1; got 0"),
+        (
+            lambda: Linear(1, 0, 0),
+            ParameterError,
+            "episodes must be a whole number from 1 to 9223372036854775807; got 0",
+        ),
+        (
+            lambda: Linear(1, 0, 10**400),
+            ParameterError,
+            "episodes must be a whole number from 1 to 9223372036854775807",
+        ),
         (lambda: Linear(1, 0, 2.5), ParameterTypeError, "episodes must be .* got 2.5 of type float"),  # type: ignore[arg-type]  # wrong on purpose
         (lambda: Harmonic(1, 0), ParameterError, "half_after must be a finite number above 0; got 0.0"),
         (lambda: Harmonic("1", 1), ParameterTypeError, "start must be .* got '1' of type str"),  # type: ignore[arg-type]  # wrong on purpose

@@ -208,7 +208,7 @@ def _check_numbers(schedule: Any) -> None:
     for field in dataclasses.fields(schedule):
         value = getattr(schedule, field.name)
         if field.name == "episodes":
-            checked: float = check_int(field.name, value, 1)
+            checked: float = check_int(field.name, value, 1, np.iinfo(np.int64).max)
         elif field.name == "half_after":
             checked = check_real(field.name, value, 0.0, low_open=True)
         else:
