@@ -9,7 +9,7 @@ from benchmarks import c_peer
 from benchmarks.timing import Row, compare, seconds
 from tuckerl import QLearning, Sarsa, TabularMDP
 from tuckerl.training.learner import Learner
-from tuckerl.training.row_maxima import room_for_maxima
+from tuckerl.training.row_maxima import ROW
 
 SIZES = ((110, 21), (1404, 4), (36864, 25))
 STEPS, SEED = 500, 88172645463325252
@@ -38,7 +38,7 @@ def _rows(n_states: int, n_actions: int) -> list[Row]:
         arrays, state = problem.arrays, np.array([SEED], dtype=np.uint64)
         parts = [np.ascontiguousarray(part) for part in (arrays.next_state, arrays.reward)]
         if name == "followed":
-            parts = [arrays.outcomes, room_for_maxima(n_states)]
+            parts = [arrays.outcomes, np.zeros(n_states, dtype=ROW)]
         table, numbers = np.zeros((n_states, n_actions)), (n_actions, episodes, STEPS)
         play = getattr(library, name)
         return lambda: play(

@@ -1,15 +1,18 @@
 """What is known of a row's maximum is what looking through the row says, whatever has changed before."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.learners.worlds import agent_of
+from tests.learners.worlds import agent_of, random_mdp
+from tuckerl import QLearning, Sarsa
 from tuckerl._jit import kernel
 from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.training.greedy_actions import greedy_action, greedy_value
-from tuckerl.training.row_maxima import RowMaxima, change_value, maximum, room_for_maxima
+from tuckerl.training.row_maxima import ROW, WORTH_FOLLOWING, RowMaxima, change_value, maximum
 from tuckerl.types import BoolArray, FloatArray
 
 N_STATES, N_ACTIONS = 2, 4
@@ -36,7 +39,7 @@ def _change(agent: AgentArrays, state: int, action: int, value: float) -> None:
 
 def knowing(q: FloatArray, mask: BoolArray | None = None, call: int = 1, random_ties: bool = True) -> AgentArrays:
     agent = agent_of(q, action_mask=mask, random_ties=random_ties)
-    return agent._replace(maxima=RowMaxima(room_for_maxima(len(q)), call))
+    return agent._replace(maxima=RowMaxima(np.zeros(len(q), dtype=ROW), call))
 
 
 def looked_up(q: FloatArray, mask: BoolArray | None, state: int) -> tuple[float, int, int]:
@@ -56,6 +59,19 @@ def test_the_maximum_follows_every_change(rows: list[float], mask: BoolArray | N
             assert _known(agent, state) == looked_up(q, mask, state)
     for state in range(N_STATES):
         assert _known(agent, state) == looked_up(q, mask, state)
+
+
+@pytest.mark.parametrize("learner", [QLearning, Sarsa])
+def test_learners_that_follow_maxima_learn_the_same(learner: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = random_mdp(2, n_states=9, n_actions=WORTH_FOLLOWING)
+
+    def learned() -> FloatArray:
+        q: FloatArray = learner(problem, n_agents=2, epsilon=0.2, alpha=0.5, seed=3).learn(60).q
+        return q
+
+    followed = learned()
+    monkeypatch.setattr("tuckerl.training.learner.KEEP_MAXIMA", set())
+    np.testing.assert_array_equal(followed, learned())
 
 
 def test_what_changed_between_two_calls_is_seen() -> None:

@@ -17,7 +17,7 @@ from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.loop import play, play_together
 from tuckerl.training.memory_account import evaluation_parts
 from tuckerl.training.prediction import Predictor
-from tuckerl.training.row_maxima import NoMaxima, RowMaxima, room_for_maxima
+from tuckerl.training.row_maxima import maxima_of, room_for_maxima
 from tuckerl.types import FloatArray, IntArray
 
 CAPPED = (
@@ -70,12 +70,14 @@ def evaluate(
     steps, returns = np.zeros((n_agents, episodes), dtype=np.int64), np.zeros((n_agents, episodes))
     scheduled = np.zeros((episodes, 1))
     call = KernelCall(calls_python=not problem.is_compiled, seconds=math.inf)
+    sizes = problem.n_states, problem.n_actions
+    rows = [room_for_maxima(*sizes) if problem.is_compiled else None for _ in range(n_agents)]
     agents = tuple(
         predictor.agent(
             i,
             deterministic,
             action_mask=world.action_masks[i],
-            maxima=RowMaxima(room_for_maxima(problem.n_states), call.number) if problem.is_compiled else NoMaxima(),
+            maxima=maxima_of(rows[i], call.number),
             record=EpisodeRecord(
                 steps[i], returns[i], np.zeros((2, 1), np.int64), scheduled, _ALL, 0, call.stop, call.listen
             ),

@@ -27,6 +27,9 @@ ROW = np.dtype(
     align=True,
 )
 
+WORTH_FOLLOWING = 10
+"""From how many actions on a row is followed; one of fewer is looked through sooner (measured with 4, 6 and 21)."""
+
 
 class RowMaxima(NamedTuple):
     """What is known of the rows of a table with S states, as far as actions may be taken."""
@@ -144,6 +147,11 @@ def change_value(agent: AgentArrays, state: int, action: int, value: float) -> N
     _change_entry(agent.maxima, agent, state, action, value)
 
 
-def room_for_maxima(n_states: int) -> NDArray[np.void]:
-    """Return room for what is known of rows, (S,) of `ROW`: nothing yet."""
-    return np.zeros(n_states, dtype=ROW)
+def room_for_maxima(n_states: int, n_actions: int) -> NDArray[np.void] | None:
+    """Return room for what is known of rows, (S,) of `ROW`: nothing yet; None where they are not worth following."""
+    return np.zeros(n_states, dtype=ROW) if n_actions >= WORTH_FOLLOWING else None
+
+
+def maxima_of(rows: NDArray[np.void] | None, call: int) -> RowMaxima | NoMaxima:
+    """Return what kernels read in one call of what is known of `rows` (S,), if they are followed."""
+    return NoMaxima() if rows is None else RowMaxima(rows, call)

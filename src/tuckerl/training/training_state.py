@@ -38,7 +38,7 @@ from tuckerl.training.declared_state import (
 from tuckerl.training.held_state import HeldAgent, HeldState, is_seen, read_mask, read_streams, read_weights
 from tuckerl.training.history import EpisodeHistory
 from tuckerl.training.kernel_calls import KernelCall
-from tuckerl.training.row_maxima import NoMaxima, RowMaxima, room_for_maxima
+from tuckerl.training.row_maxima import maxima_of, room_for_maxima
 from tuckerl.training.rules import Rules
 from tuckerl.training.schedules import ScheduleValues, read_past
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
@@ -105,7 +105,7 @@ class TrainingState:
         self._trajectory: IntArray = np.zeros((n_agents, 2, trajectory_length(max_episode_steps)), dtype=np.int64)
         window = tensor_step.every if tensor_step is not None and tensor_step.needs_decomposition else 0
         self.logs: tuple[ChangeLog, ...] = tuple(empty_log(n_states, n_actions, window) for _ in range(n_agents))
-        self._maxima = [room_for_maxima(n_states) for _ in range(n_agents if keeps_maxima else 0)]
+        self._maxima = [room_for_maxima(n_states, n_actions) if keeps_maxima else None for _ in range(n_agents)]
         self._kept: dict[int, _Kept] = {}
         self.history = EpisodeHistory(n_agents, shares_world=len(self.worlds) < n_agents)
         self.go_on_by(rules)
@@ -219,7 +219,7 @@ class TrainingState:
             scheduled=scheduled,
             action_mask=action_mask,
             settings=self.rules.settings,
-            maxima=RowMaxima(self._maxima[agent], call.number) if self._maxima else NoMaxima(),
+            maxima=maxima_of(self._maxima[agent], call.number),
             log=self.logs[agent],
             record=EpisodeRecord(
                 steps=steps,
