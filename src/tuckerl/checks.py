@@ -155,6 +155,29 @@ def to_array(name: str, values: object, expected: str) -> NDArray[Any]:
         raise ParameterTypeError(f"{name} must be {expected}; got {shown(values)}: {error}") from error
 
 
+def array_of_kinds(name: str, values: object, kinds: str) -> NDArray[Any] | None:
+    """Return what a user gave as an array, None where it is none or of another kind.
+
+    Parameters
+    ----------
+    name : str
+    values
+    kinds : str
+        NumPy's letters of the types that it may have, such as "biuf" for booleans and real numbers.
+
+    Raises
+    ------
+    ParameterTypeError
+        If there is a masked array in it.
+    """
+    refuse_mask(name, values)
+    try:
+        array = np.asarray(values)
+    except NO_ARRAY:
+        return None
+    return array if array.dtype.kind in kinds else None
+
+
 def check_sequence(name: str, value: object, expected: str, length: int | None = None) -> tuple[Any, ...]:
     """Return the entries of a sequence: a list, a tuple, a range, an array, ...
 

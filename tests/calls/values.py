@@ -63,7 +63,8 @@ def _closed() -> Any:
     return file
 
 
-def _in_itself() -> list[Any]:
+def in_itself() -> list[Any]:
+    """Return a list that is one of its own entries."""
     values: list[Any] = [1]
     values.append(values)
     return values
@@ -176,7 +177,7 @@ _TEXTS: list[Make] = [
 ]
 _LISTS: list[Make] = [
     *(list, lambda: [[]], lambda: [1, 2], lambda: [[1], [1, 2]], lambda: [None], lambda: ["a", 1], lambda: [[[1]]]),
-    *(_in_itself, lambda: nested(50), lambda: nested(5000), lambda: [[1, 2], 3], lambda: [float("nan")]),
+    *(in_itself, lambda: nested(50), lambda: nested(5000), lambda: [[1, 2], 3], lambda: [float("nan")]),
     *these(
         (), (1,), (1, 2), (0, 0), (1, 2, 3), (1, 1, 1, 1), (2, 2, 2, 2), (-1, 2), (0.5, 0.5), (1, 10**30), ("a", "b")
     ),

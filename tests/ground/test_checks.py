@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.calls.values import in_itself, nested
 from tuckerl.checks import (
     check_function,
     check_int,
@@ -146,19 +147,6 @@ def test_functions() -> None:
     for wrong in (lambda: 0, lambda a, b: 0, lambda a, *, b: 0):
         with pytest.raises(ParameterError, match=r"share must take \(context\); got <function"):
             check_function("share", wrong, "context")
-
-
-def in_itself() -> list[Any]:
-    values: list[Any] = [1.0]
-    values.append(values)
-    return values
-
-
-def nested(depth: int) -> Any:
-    values: Any = 1.0
-    for _ in range(depth):
-        values = [values]
-    return values
 
 
 class Without:

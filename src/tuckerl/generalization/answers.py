@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tuckerl.checks import NO_ARRAY, refuse_mask
+from tuckerl.checks import array_of_kinds
 from tuckerl.memory import Part, check_memory
 from tuckerl.types import FloatArray
 
@@ -17,10 +17,8 @@ def real_array(name: str, answer: object) -> FloatArray | None:
     TableSizeError
         If a copy needs more memory than is free, as of a view that is larger than all of it.
     """
-    refuse_mask(name, answer)
-    try:
-        values = np.asarray(answer)
-    except NO_ARRAY:
+    values = array_of_kinds(name, answer, "biuf")
+    if values is None:
         return None
     check_memory(name, [Part(f"its shape {values.shape}", 8 * values.size, "answer with fewer numbers")])
-    return values.astype(np.float64) if values.dtype.kind in "biuf" else None
+    return values.astype(np.float64)

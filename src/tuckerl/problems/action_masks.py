@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.checks import NO_ARRAY, refuse_mask, shown
+from tuckerl.checks import array_of_kinds, shown
 from tuckerl.errors import ObservationError
 from tuckerl.types import BoolArray
 
@@ -22,7 +22,7 @@ def as_mask(given: Any, size: int, batch: Batch = ()) -> BoolArray:
     ObservationError
         If it has another shape or other entries than 0 and 1.
     """
-    entries = _entries(given)
+    entries = array_of_kinds("an action mask", given, "biuf")
     if entries is None or entries.shape != (*batch, size):
         raise ObservationError(f"{_expected(str(size), batch)}; got {shown(given)}")
     mask: BoolArray = entries.astype(np.bool_)
@@ -57,7 +57,7 @@ def masks_in_row(given: Any, sizes: Sequence[int], batch: Batch = ()) -> list[Bo
     ObservationError
         If it has another length or other entries.
     """
-    entries, total, n_joint = _entries(given), sum(sizes), math.prod(sizes)
+    entries, total, n_joint = array_of_kinds("an action mask", given, "biuf"), sum(sizes), math.prod(sizes)
     if entries is not None and entries.shape == (*batch, n_joint) and n_joint != total:
         return [as_mask(given, n_joint, batch)]
     if entries is None or entries.shape != (*batch, total):
@@ -77,16 +77,6 @@ def joint_mask(parts: Sequence[BoolArray]) -> BoolArray:
 def freed(mask: BoolArray) -> BoolArray:
     """Return a mask in which a row that allows nothing allows everything."""
     return mask | ~mask.any(axis=-1, keepdims=True)
-
-
-def _entries(given: Any) -> np.ndarray[Any, Any] | None:
-    """Return what was given as an array of numbers, None if it is no such array."""
-    refuse_mask("an action mask", given)
-    try:
-        entries = np.asarray(given)
-    except NO_ARRAY:
-        return None
-    return entries if entries.dtype.kind in "biuf" else None
 
 
 def _expected(size: str, batch: Batch) -> str:

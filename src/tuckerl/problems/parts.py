@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, NotRequired, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tuckerl.checks import NO_ARRAY, check_int, check_sequence, refuse_mask, shown
+from tuckerl.checks import NO_ARRAY, array_of_kinds, check_int, check_sequence, refuse_mask, shown
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.types import FloatArray
 
@@ -195,12 +195,8 @@ def check_states(observation: Any, n_states: int) -> NDArray[Any]:
     ParameterError, ParameterTypeError
         If it is no such number.
     """
-    refuse_mask("an observation", observation)
-    try:
-        states = np.asarray(observation)
-    except NO_ARRAY:
-        states = np.zeros(0)
-    if states.dtype.kind not in "iu":
+    states = array_of_kinds("an observation", observation, "iu")
+    if states is None:
         hint = ""
         if isinstance(observation, Mapping):  # of agents whose joint transitions were extracted
             hint = ": pass the joint state's, such as env.state(), or learn with compiled=False to pass what agents "

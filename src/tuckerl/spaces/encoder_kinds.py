@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.spaces import Box, Dict, Discrete, MultiBinary, Tuple
 from numpy.typing import NDArray
 
-from tuckerl.checks import NO_ARRAY, check_int, refuse_mask, shown
+from tuckerl.checks import array_of_kinds, check_int, shown
 from tuckerl.errors import ObservationError, ParameterError, SpaceError
 from tuckerl.spaces.bins import bin_middle, box_bounds
 from tuckerl.spaces.encode_functions import (
@@ -172,12 +172,7 @@ class ArrayEncoder(SpaceEncoder):
         return _joined(self._digits(rows).T, self.sizes, np.zeros(len(array), np.int64))
 
     def _array(self, values: Any) -> NDArray[Any] | None:
-        refuse_mask(self._what, values)
-        try:
-            array = np.asarray(values)
-        except NO_ARRAY:
-            return None
-        return array if array.dtype.kind in self._kinds else None
+        return array_of_kinds(self._what, values, self._kinds)
 
     def _refused(self, value: Any) -> ObservationError:
         expected = f"{self._expected} of shape {self._shape}" if self._shape else self._expected.rstrip(",")
