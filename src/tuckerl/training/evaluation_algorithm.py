@@ -16,4 +16,4 @@ def _learn_nothing(algorithm: EvaluationState, agent: AgentArrays, transition: T
     return True
 
 
-register_algorithm(EvaluationState, update=_learn_nothing, keeps_maxima=True)
+register_algorithm(EvaluationState, update=_learn_nothing)

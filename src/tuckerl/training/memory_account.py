@@ -16,7 +16,7 @@ from tuckerl.memory import Part, available_memory
 from tuckerl.problems.problem import Problem
 from tuckerl.training.agent_arrays import trajectory_length
 from tuckerl.training.declared_state import Declaration, DeclaredArray
-from tuckerl.training.row_maxima import ROW
+from tuckerl.training.row_maxima import maxima_bytes
 
 _FLOAT = 8
 _PER_AGENT = 8192  # streams, records and what Python keeps of an agent; measured with a learner of 10,000 agents
@@ -37,7 +37,7 @@ def learner_parts(
     parts = [
         Part("Q-tables", table, advice),
         Part("trajectories", n_agents * 2 * n_kept * _FLOAT, f"{FEWER_AGENTS}, or set max_episode_steps"),
-        Part("what is known of rows", n_agents * n_states * ROW.itemsize, advice),
+        Part("what is known of rows", n_agents * maxima_bytes(n_states, n_actions), advice),
         Part("what is kept to undo an episode", n_agents * _undo_bytes(problem, declarations), advice),
         Part("agents", n_agents * (_PER_AGENT + n_actions * _FLOAT), FEWER_AGENTS),
         Part("worlds", n_worlds * problem.world_bytes, advice),

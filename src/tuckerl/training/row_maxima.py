@@ -152,6 +152,11 @@ def room_for_maxima(n_states: int, n_actions: int) -> NDArray[np.void] | None:
     return np.zeros(n_states, dtype=ROW) if n_actions >= WORTH_FOLLOWING else None
 
 
+def maxima_bytes(n_states: int, n_actions: int) -> int:
+    """Return the bytes of what `room_for_maxima` returns."""
+    return n_states * ROW.itemsize if n_actions >= WORTH_FOLLOWING else 0
+
+
 def maxima_of(rows: NDArray[np.void] | None, call: int) -> RowMaxima | NoMaxima:
     """Return what kernels read in one call of what is known of `rows` (S,), if they are followed."""
     return NoMaxima() if rows is None else RowMaxima(rows, call)
