@@ -76,11 +76,8 @@ class Store:
                 "replace them with --overwrite"
             )
         shown = (*(folder / name for name in _SHOWN), *(folder / "figures").glob("*.*"))
-        for path in (
-            *self._paths().values(),
-            folder / _DIGESTS,
-            *shown,
-        ):  # nothing of the other study may stand beside this one's
+        # Nothing of the other study may stand beside this one's.
+        for path in (*self._paths().values(), folder / _DIGESTS, *shown):
             path.unlink(missing_ok=True)
         write_whole(folder / "study.json", json.dumps(self._specification, indent=1).encode())
 
@@ -129,10 +126,11 @@ class Store:
         if not all(path.exists() for path in self._paths().values()):
             return _empty_tables()
         frames: dict[str, pl.DataFrame] = {}
+        listed = self._listed()
         for name, path in self._paths().items():
             content = path.read_bytes()
             self._digests[name] = _digest(content)
-            if self._digests[name] not in self._listed(name):
+            if self._digests[name] not in listed.get(name, []):
                 raise SavedFileError(f"{path} is damaged: delete it, or replace all with --overwrite")
             frames[name] = pl.read_parquet(content).cast(SCHEMAS[name])
         # A kill between two files can leave tasks in the others that are not in runs.parquet; they are played again.
@@ -140,12 +138,13 @@ class Store:
         finished = frames["runs"].select(key).unique()
         return StudyTables(**{name: frame.join(finished, on=key, how="semi") for name, frame in frames.items()})
 
-    def _listed(self, name: str) -> list[Any]:
-        """Return the digests that a table's file may have."""
+    def _listed(self) -> dict[str, list[Any]]:
+        """Return the digests that each table's file may have."""
         try:
-            return list(json.loads((self.folder / _DIGESTS).read_bytes())[name])
-        except (OSError, ValueError, KeyError, TypeError):
-            return []
+            listed = json.loads((self.folder / _DIGESTS).read_bytes())
+            return {name: list(digests) for name, digests in listed.items()}
+        except (OSError, ValueError, AttributeError, TypeError):
+            return {}
 
     def _sorted(self, frame: pl.DataFrame) -> pl.DataFrame:
         order = [(s.name, v.name) for s in self.study.scenarios for v in s.variants]

@@ -199,8 +199,7 @@ SCHEDULES = {kind.__name__: kind for kind in (Exponential, Linear, Harmonic)}
 def _count(n_episodes: int) -> int:
     """Return a number of episodes, of which there are the values in memory."""
     n_episodes = check_int("n_episodes", n_episodes, 0)
-    if n_episodes > 2**20:  # asking what is free takes longer than a few values
-        check_memory("a schedule", [Part("values by episode", 24 * n_episodes, "ask for fewer episodes")])
+    check_memory("a schedule", [Part("values by episode", 24 * n_episodes, "ask for fewer episodes")])
     return n_episodes
 
 
