@@ -1,7 +1,7 @@
 """How Numba compiles kernels that kernels call: into their callers, with no machine code of their own.
 
 Numba makes of every function one that Python can call, optimises it and writes its machine code, though ours are
-compiled again as a part of their callers. To leave that out takes two thirds off the time until the first result. Where
+compiled again as a part of their callers. To leave that out takes a third off the time until the first result. Where
 Python does call a kernel, it is compiled in Numba's own way.
 """
 
@@ -15,7 +15,7 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
 
-_Base: Any = NativeLowering  # Numba has no types
+_Base: Any = NativeLowering
 _CompilerBase: Any = CompilerBase
 _Dispatcher: Any = CPUDispatcher
 _PassBuilder: Any = DefaultPassBuilder
@@ -25,7 +25,7 @@ _register: Any = register_pass
 
 
 @_register(mutates_CFG=True, analysis_only=False)
-class _LoweringWithoutCode(_Base):  # type: ignore[misc]
+class _LoweringWithoutCode(_Base):  # type: ignore[misc]  # Numba has no types
     """Makes LLVM's representation of a kernel, for its callers to link."""
 
     _name = "lowering_without_code"
@@ -42,7 +42,7 @@ class _LoweringWithoutCode(_Base):  # type: ignore[misc]
         return True
 
 
-class InnerCompiler(_CompilerBase):  # type: ignore[misc]
+class InnerCompiler(_CompilerBase):  # type: ignore[misc]  # Numba has no types
     """Numba's compiler but for its last step."""
 
     def define_pipelines(self) -> list[Any]:
@@ -54,7 +54,7 @@ class InnerCompiler(_CompilerBase):  # type: ignore[misc]
         return [passes]
 
 
-class Kernel(_Dispatcher):  # type: ignore[misc]
+class Kernel(_Dispatcher):  # type: ignore[misc]  # Numba has no types
     """A function that kernels call, and Python as well.
 
     Parameters

@@ -49,7 +49,7 @@ def looked_up(q: FloatArray, mask: BoolArray | None, state: int) -> tuple[float,
 
 @settings(deadline=None)  # the first example waits for the compiler
 @given(ROWS, MASKS, CHANGES)
-def test_the_maximum_follows_every_change(rows: list[float], mask: BoolArray | None, changes: list) -> None:  # type: ignore[type-arg]
+def test_the_maximum_follows_every_change(rows: list[float], mask: BoolArray | None, changes: list[Any]) -> None:
     q = np.array(rows).reshape(N_STATES, N_ACTIONS)
     agent = knowing(q, mask)
     for state, action, value, is_asked in changes:
