@@ -4,6 +4,7 @@ import copy
 import sys
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple, NotRequired, Self, TypedDict
 
@@ -232,7 +233,7 @@ class PythonProblem(Problem):
         """Bytes of the action masks that a world keeps."""
         return len(self.spaces) * self.n_states * self.n_actions if self.has_masks else 0
 
-    @property
+    @cached_property  # every evaluation asks, and the answer goes through all that an environment holds
     def copy_bytes(self) -> int:
         """Bytes of the arrays that an environment holds."""
         return bytes_of_arrays(self.env)
