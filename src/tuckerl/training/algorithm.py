@@ -73,8 +73,8 @@ def register_algorithm(
         Whether the next action is chosen before the update, which learns from it (also after a truncation, whose value
         is bootstrapped), as in SARSA. Otherwise it is chosen after the update, as in Q-learning.
     keeps_maxima : bool
-        Whether its kernels change ``agent.q`` by `change_value` alone. Greedy actions and their values are then known
-        without looking at all actions; a promise that is not kept makes them wrong.
+        Whether its kernels change ``agent.q`` by `change_value` alone. Of many actions, greedy ones are then known
+        without looking at all of them; a promise that is not kept makes them wrong.
     """
     _ACT[state_type], _UPDATE[state_type] = guarded_act(act), guarded_update(update)
     _END_EPISODE[state_type] = guarded_end(end_episode)
