@@ -67,9 +67,8 @@ import os, sys, time
 from pathlib import Path
 from tuckerl.studies.folder_lock import FolderLock
 lock = FolderLock(Path(sys.argv[1]))
-child = os.fork()
-if child:
-    print(child, flush=True)
+if not os.fork():
+    print(os.getpid(), flush=True)  # by the child: it has let go of the lock when this is read
 time.sleep(60)
 """
 
