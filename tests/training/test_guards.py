@@ -1,5 +1,6 @@
 """Kernels of users' own that do something impossible: it is said, nothing is harmed, and learning can go on."""
 
+import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -10,9 +11,9 @@ import tuckerl
 from tests.adapters.parallel_worlds import Leaving
 from tests.learners.worlds import corridor
 from tuckerl import QLearning, SarsaLambda, TabularMDP, TensorStep
-from tuckerl.errors import LearnerError
+from tuckerl.errors import LearnerError, ParameterError, ParameterTypeError
 from tuckerl.generalization.change_log import record_change
-from tuckerl.problems.dynamics import register_dynamics
+from tuckerl.problems.dynamics import register_dynamics, register_shared_dynamics
 from tuckerl.problems.problem import Problem
 from tuckerl.problems.worlds import World
 from tuckerl.rng import below
@@ -296,3 +297,45 @@ def test_states_of_a_kind_of_problem_of_ones_own_are_looked_at(problem: Line, va
     assert learner.episodes == 0
     with pytest.raises(LearnerError, match="evaluate: " + message):
         learner.evaluate(2)
+
+
+@tuckerl.kernel
+def of_none() -> bool:
+    """Take no arguments, as no kernel that can be registered does."""
+    return True
+
+
+@tuckerl.kernel
+def of_two(world: LineArrays, begin: bool) -> None:
+    """Do nothing."""
+
+
+NONE = NoAlgorithm  # under which nothing is registered
+REGISTER: dict[str, Any] = {
+    "update must take (algorithm, agent, transition, next_action)": lambda f: register_algorithm(NONE, update=f),
+    "act must take (algorithm, agent, state)": lambda f: register_algorithm(NONE, update=update, act=f),
+    "end_episode must take (algorithm, agent, finished)": (
+        lambda f: register_algorithm(NONE, update=update, end_episode=f)
+    ),
+    "choose must take (policy, agent, state)": (
+        lambda f: register_policy(Unlisted, choose=f, probabilities=probabilities)
+    ),
+    "probabilities must take (policy, agent, state, out)": (
+        lambda f: register_policy(Unlisted, choose=choose, probabilities=f)
+    ),
+    "reset must take (world, rng)": lambda f: register_dynamics(Unlisted, reset=f, step=step),
+    "step must take (world, state, action, rng)": lambda f: register_dynamics(Unlisted, reset=reset, step=f),
+    "step_together must take (world, begin)": lambda f: register_shared_dynamics(Unlisted, step_together=f),
+    "must_return must take (world)": (
+        lambda f: register_shared_dynamics(Unlisted, step_together=of_two, must_return=f)
+    ),
+}
+
+
+@pytest.mark.parametrize("expected", REGISTER)
+def test_kernels_that_take_other_arguments_are_refused(expected: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(f"{expected}; got ") + r".*of_none.*, of \(\)"):
+        REGISTER[expected](of_none)
+    with pytest.raises(ParameterTypeError, match="must be a function of"):
+        REGISTER[expected](3)
+    test_what_has_no_kernels_is_refused_at_once()  # nothing was registered

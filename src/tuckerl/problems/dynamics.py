@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tuckerl._jit import by_kind, is_ours, kernel, recompiled
+from tuckerl.checks import check_function
 from tuckerl.types import Stream
 
 WorldArrays = Any
@@ -158,7 +159,16 @@ def register_dynamics(
         Default: whether `steps` have reached ``world.max_episode_steps``.
     must_return : kernel ``(world) -> bool``, optional
         Default: never.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError
+        If a kernel takes other arguments, or is no function.
     """
+    check_function("reset", reset, "world, rng")
+    check_function("step", step, "world, state, action, rng")
+    check_function("is_out_of_time", is_out_of_time, "world, steps")
+    check_function("must_return", must_return, "world")
     _RESET[arrays], _STEP[arrays] = _guarded_reset(reset), _guarded_step(step)
     _IS_POSSIBLE[arrays] = _never_strays if is_ours(arrays) else _is_in_range
     _IS_OUT_OF_TIME[arrays], _MUST_RETURN[arrays] = is_out_of_time, must_return
@@ -179,6 +189,13 @@ def register_shared_dynamics(
         Begins an episode or lets all playing agents act; changes all of these but ``action``.
     must_return : kernel ``(world) -> bool``, optional
         Default: never.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError
+        If a kernel takes other arguments, or is no function.
     """
+    check_function("step_together", step_together, "world, begin")
+    check_function("must_return", must_return, "world")
     _STEP_TOGETHER[arrays], _MUST_RETURN[arrays] = _guarded_step_together(step_together), must_return
     _IS_POSSIBLE[arrays] = _never_strays if is_ours(arrays) else _is_in_range
