@@ -21,7 +21,8 @@ from tests.learners.test_masks import masked_mdp
 from tests.learners.worlds import corridor, random_mdp
 from tests.training import crafted_files as crafted
 from tests.training.crafted_files import Parts, take_apart
-from tuckerl import DynaH, QLearning, SarsaLambda, TensorStep, load
+from tuckerl import DynaH, QLearning, SarsaLambda, TeamQ, TensorStep, load
+from tuckerl.environments.robot_rescue_env import RobotRescueEnv
 from tuckerl.errors import SavedFileError
 
 STEP = TensorStep(every=4, ranks=(2, 2, 2, 2))
@@ -383,6 +384,16 @@ def test_states_of_an_environments_own_generators_are_checked(own: Any, tmp_path
         assert "no state of a random generator" in refusal(crafted, tmp_path / "agent.tuckerl", made())
     crafted = parts._replace(header=parts.header | {"worlds": [world | {"own generators": {place: 7}}]})
     assert "own generators" in refusal(crafted, tmp_path / "agent.tuckerl", made())
+
+
+def test_a_team_is_paid_by_what_its_environment_was_paid_by(tmp_path: Path) -> None:
+    path, env = tmp_path / "agent.tuckerl", RobotRescueEnv(".H.\nATB", max_cycles=4)
+    parts = parts_of(TeamQ(env, team_reward="robot_1", seed=1).learn(2), tmp_path)
+    load(path, env=RobotRescueEnv(".H.\nATB", max_cycles=4)).learn(1)
+    for reward in ("sum", "robot_0", "robot_9", "", 3, None):
+        header = parts.header | {"parameters": parts.header["parameters"] | {"team_reward": reward}}
+        found = refusal(parts._replace(header=header), path, RobotRescueEnv(".H.\nATB", max_cycles=4))
+        assert f"has the team_reward {reward!r}, by which its environment has not paid" in found
 
 
 def test_a_file_imports_no_module(tmp_path: Path) -> None:

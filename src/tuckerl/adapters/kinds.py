@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, TypedDict
 import numpy as np
 
 from tuckerl.adapters.resolve import AdapterOptions, Environment, as_problem
+from tuckerl.checks import shown
 from tuckerl.errors import SavedFileError
 from tuckerl.problems.problem import Arrays, Header, Problem
 from tuckerl.registers import load
@@ -70,8 +71,16 @@ def restore_problem(
     if stored["kind"] not in PROBLEM_KINDS:
         raise SavedFileError(f"{path} holds a problem of an unknown kind: import the module that registers it first")
 
+    _check_reward(options.reward, stored["held"].get("description"), path)
+
     def resolve(given: Environment, **changes: Any) -> Problem:
         return as_problem(given, replace(options, **changes))
 
     kind = PROBLEM_KINDS[stored["kind"]].load()
     return kind.restore(stored["held"], SavedArrays.of(arrays), env, resolve, path)
+
+
+def _check_reward(reward: object, described: object, path: Path) -> None:
+    """Refuse a team's reward that is not what the same file's environment paid: an environment is not to blame."""
+    if isinstance(described, dict) and str(reward) not in ("mean", described.get("team reward")):
+        raise SavedFileError(f"{path} has the team_reward {shown(reward)}, by which its environment has not paid")

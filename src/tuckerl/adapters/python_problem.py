@@ -16,7 +16,7 @@ from tuckerl.adapters.action_names import action_names_of
 from tuckerl.adapters.held import bytes_of_arrays
 from tuckerl.adapters.masks import MaskReader
 from tuckerl.adapters.python_world import EnvironmentCopies
-from tuckerl.errors import ParameterError, SavedFileError
+from tuckerl.errors import ParameterError, SavedFileError, UnknownNameError
 from tuckerl.problems.parts import STEP_CAP, StateFactor
 from tuckerl.problems.problem import GIVE_ENV, Arrays, Choose, Header, Problem
 from tuckerl.saved_arrays import SavedArrays
@@ -285,7 +285,7 @@ class PythonProblem(Problem):
         expected = f"env must be the one that {path} was saved with"
         try:
             problem = resolve(header["id"] if given is None else given, bins=_restored_edges(arrays), compiled=False)
-        except ParameterError as error:  # the edges belong to another space
+        except (ParameterError, UnknownNameError) as error:  # of edges or a reward that belong to another environment
             raise ParameterError(f"{expected}, {header['source']}: {error}") from error
         cls._check_same(problem, header, header["sizes"], path, "an environment")
         agents = [str(agent) for agent in problem.agents]
