@@ -365,6 +365,9 @@ def test_a_learner_that_keeps_no_parameter_cannot_be_made_again() -> None:
         (Linear(0.5, 0.1, 5), True),
         (Harmonic(0.5, 5), True),
         (Harmonic(0.0, 5), False),
+        (Harmonic(0.5, 5e-324), False),
+        (Harmonic(5e-324, 5), False),
+        (Harmonic(0.5, 1e-200), True),
     ],
 )
 def test_schedules_know_whether_they_stay_above_zero(schedule: Any, is_positive: bool) -> None:

@@ -189,8 +189,8 @@ class Harmonic(Schedule):
 
     @property
     def is_positive(self) -> bool:
-        """Whether the start is above 0."""
-        return self.start > 0.0
+        """Whether it is still above 0, as floats are rounded, after more episodes than can be asked for."""
+        return self.start / (1.0 + 2.0**63 / self.half_after) > 0.0
 
 
 SCHEDULES = {kind.__name__: kind for kind in (Exponential, Linear, Harmonic)}
