@@ -9,6 +9,7 @@ import math
 import types
 from typing import Any, NotRequired, TypeVar, Union, get_args, get_origin, get_type_hints, is_typeddict
 
+from tuckerl.checks import shown
 from tuckerl.errors import SavedFileError
 
 _Form = TypeVar("_Form")
@@ -94,33 +95,22 @@ def _problem(value: Any, form: Any, what: str) -> str | None:
         return next(filter(None, (_problem(one, own, f"an entry of {what}") for one, own in pairs)), None)
     if origin is dict and isinstance(value, dict):
         return next(
-            filter(None, (_problem(one, arguments[1], f"{what}[{name!r}]") for name, one in value.items())), None
+            filter(None, (_problem(one, arguments[1], f"{what}[{shown(name)}]") for name, one in value.items())), None
         )
     if form is float and type(value) is int:
         return None
     if origin is None and type(value) is form:  # True is no int here
         return None
-    return f"{what} must be {getattr(form, '__name__', form)}; got {_short(value)}"
+    return f"{what} must be {getattr(form, '__name__', form)}; got {shown(value)}"
 
 
 def _problem_of_names(value: Any, form: Any, what: str) -> str | None:
     if not isinstance(value, dict):
-        return f"{what} must have names; got {_short(value)}"
+        return f"{what} must have names; got {shown(value)}"
     forms = get_type_hints(form, include_extras=True)
     unknown = [name for name in value if name not in forms]
     missing = [name for name in sorted(form.__required_keys__) if name not in value]
     if unknown or missing:
-        return f"{what} has an unknown {unknown[0]!r}" if unknown else f"{what} lacks {missing[0]!r}"
-    problems = (_problem(value[name], own, f"{name!r} of {what}") for name, own in forms.items() if name in value)
+        return f"{what} has an unknown {shown(unknown[0])}" if unknown else f"{what} lacks {shown(missing[0])}"
+    problems = (_problem(value[name], own, f"{shown(name)} of {what}") for name, own in forms.items() if name in value)
     return next(filter(None, problems), None)
-
-
-_LONGEST = 60
-
-
-def _short(value: Any) -> str:
-    try:
-        text = repr(value)
-    except ValueError:  # an integer of thousands of digits
-        return "a huge number"
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."

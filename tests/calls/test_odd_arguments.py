@@ -1,8 +1,9 @@
 """What came through unnamed when calls were made with odd arguments, a case of each kind."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import gymnasium
 import numpy as np
@@ -12,9 +13,16 @@ import pytest
 import tuckerl
 from tests.calls.values import learner, mdp, nested
 from tuckerl import cli, errors
+from tuckerl.adapters.making import make_environment
+from tuckerl.cli.settings import parse_numbers, parse_settings
 from tuckerl.environments.robot_rescue_env import RobotRescueEnv
 from tuckerl.reports.inspect import inspect_learner, inspect_tensor, inspection_figures, write_inspection
+from tuckerl.saved_json import checked_json
 from tuckerl.spaces.encoder import space_encoder
+from tuckerl.studies import cart_pole
+from tuckerl.studies.study import variant
+from tuckerl.testing import check_learner, check_problem
+from tuckerl.training.declared_state import DeclaredArray
 from tuckerl.training.policies.own_distribution import OwnDistribution
 
 X = np.ones((4, 2, 3, 2))
@@ -170,6 +178,63 @@ def test_odd_arguments_are_named(place: str, tmp_path: Path, monkeypatch: pytest
             call(value)
         assert len(str(refused.value)) <= errors.LONGEST_MESSAGE
     assert not list(tmp_path.iterdir())
+
+
+class Unspeakable:
+    """What cannot be shown."""
+
+    def __repr__(self) -> str:
+        raise RuntimeError("no words")
+
+
+LONG = "a" * 10_000
+QLEARNING: Any = tuckerl.QLearning
+WIDE = [np.zeros(10_000), list(range(10_000)), {"a": "b\n" * 5000}, HUGE, Unspeakable(), LONG]
+
+
+class Answering(gymnasium.Wrapper[Any, Any, Any, Any]):
+    """A frozen lake that answers a step with something else, at one place."""
+
+    def __init__(self, place: int, answer: Any) -> None:
+        super().__init__(gymnasium.make("FrozenLake-v1"))
+        self.place, self.answer = place, answer
+
+    def step(self, action: Any) -> Any:
+        result = super().step(action)
+        return *result[: self.place], self.answer, *result[self.place + 1 :]
+
+
+SHOWING: dict[str, tuple[Callable[[Any], Any], list[Any]]] = {
+    **{f"{place} of a step": (partial(lambda i, v: check_problem(Answering(i, v)), place), WIDE) for place in range(5)},
+    "check_learner": (check_learner, WIDE),
+    "environment": (tuckerl.QLearning, [LONG, f"{LONG}:Env-v0"]),
+    "its keywords": (lambda v: make_environment("FrozenLake-v1", {"map_name": v, "is_slippery": v}), WIDE[:3]),
+    "keyword": (lambda v: QLEARNING(mdp(), **{v: 1}), [LONG]),
+    "keyword of learn": (lambda v: QLEARNING.learn(learner(), 1, **{v: 1}), [LONG]),
+    "attribute": (lambda v: setattr(learner(), v, 1), [LONG]),
+    "policy": (lambda v: tuckerl.QLearning(mdp(), policy=v), WIDE),
+    "name": (lambda v: DeclaredArray(v, "none"), [LONG + "-", *WIDE[:-1]]),
+    "bounds": (lambda v: DeclaredArray("a", "none", bounds=v), [LONG]),
+    "settings": (lambda v: parse_settings([v]), [LONG]),
+    "numbers": (lambda v: parse_numbers(v, "--ranks"), [LONG]),
+    "variant": (lambda v: variant(cart_pole.ALGORITHM, v), [LONG]),
+    "member of a file": (lambda v: checked_json({v: 1}, _Named, "it"), [LONG]),
+}
+
+
+class _Named(TypedDict):
+    known: int
+
+
+@pytest.mark.parametrize("place", SHOWING)
+def test_of_what_is_long_or_cannot_be_shown_a_message_shows_the_beginning(place: str) -> None:
+    call, values = SHOWING[place]
+    for value in values:
+        with pytest.raises(errors.TuckerlError) as refused:
+            call(value)
+        said = str(refused.value)
+        assert " ... " not in said  # nothing was left out of the message itself
+        assert "\n" not in said
 
 
 def test_a_refused_change_changes_nothing() -> None:

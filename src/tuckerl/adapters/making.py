@@ -155,7 +155,9 @@ def make_environment(name: str, keywords: Mapping[str, Any] = MappingProxyType({
                 raise ProblemError(
                     f"cannot make {name}: its module {module} imports {error.name}, which is not installed: install it"
                 ) from error
-            raise UnknownNameError(f"unknown environment {name!r}: there is no module {module!r} to import") from error
+            raise UnknownNameError(
+                f"unknown environment {shown(name)}: there is no module {shown(module)} to import"
+            ) from error
     known = {*gymnasium.registry, *pettingzoo.parallel_registry}
     if plain in pettingzoo.aec_registry and plain not in known:
         raise ProblemError(f"{plain} moves agent by agent, and learners play a parallel environment: {TURNS}")
@@ -173,6 +175,6 @@ def make_environment(name: str, keywords: Mapping[str, Any] = MappingProxyType({
     except TuckerlError:
         raise
     except Exception as error:
-        given = ", ".join(f"{key}={value!r}" for key, value in keywords.items())
+        given = ", ".join(f"{key}={shown(value)}" for key, value in keywords.items())
         reason = (str(error).strip() or type(error).__name__).splitlines()[0]
-        raise ProblemError(f"cannot make {name}{f' with {given}' if given else ''}: {reason}") from error
+        raise ProblemError(f"cannot make {name}{f' with {given}' if given else ''}: {reason:.200}") from error

@@ -137,7 +137,7 @@ class PettingZooProblem(PythonProblem):
         unknown = [agent for agent in agents if agent not in self.agents]
         if unknown:
             known = ", ".join(map(str, self.agents))
-            raise ProblemError(f"the agents must be among the possible_agents, {known}; got {unknown[0]!r}")
+            raise ProblemError(f"the agents must be among the possible_agents, {known}; got {shown(unknown[0])}")
 
     def n_tables(self, n_agents: int) -> int:
         """Return the number of the environment's agents.

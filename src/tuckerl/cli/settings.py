@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from inspect import Parameter, signature
 from typing import Any
 
-from tuckerl.checks import check_name
+from tuckerl.checks import check_name, shown
 from tuckerl.errors import ParameterError, UnknownNameError
 from tuckerl.training.schedules import SCHEDULES, Schedule
 
@@ -30,9 +30,11 @@ def parse_settings(texts: Sequence[str], option: str = "--set") -> dict[str, Any
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not name or not equals or not value:
-            raise ParameterError(f"{option} must be given NAME=VALUE, such as alpha=0.2; got {text!r}")
+            raise ParameterError(f"{option} must be given NAME=VALUE, such as alpha=0.2; got {shown(text)}")
         if name in settings:
-            raise ParameterError(f"{option} must be given {name} once; got {name}={settings[name]!r} and {text!r}")
+            raise ParameterError(
+                f"{option} must be given {name} once; got {name}={shown(settings[name])} and {shown(text)}"
+            )
         settings[name] = _value(value)
     return settings
 
@@ -70,7 +72,7 @@ def _schedule(name: str, kind: str, inside: str) -> Schedule:
         for part in inside.split(",") if inside.strip() else ():
             key, equals, number = (piece.strip() for piece in part.rpartition("="))
             if equals and (not key or key in named):
-                raise ValueError(f"{part.strip()!r} is out of place")  # as Python would say
+                raise ValueError(f"{shown(part.strip())} is out of place")  # as Python would say
             if equals:
                 named[key] = _number(number)
             elif named:
@@ -111,7 +113,7 @@ def parse_numbers(text: str, option: str, count: int | None = None) -> Any:
         numbers = ()
     if not numbers or count not in (None, len(numbers)):
         wanted = "whole numbers" if count is None else f"{count} whole numbers"
-        raise ParameterError(f"{option} must be {wanted} with commas between them; got {text!r}")
+        raise ParameterError(f"{option} must be {wanted} with commas between them; got {shown(text)}")
     return numbers
 
 

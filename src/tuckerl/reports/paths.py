@@ -5,6 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from tuckerl.checks import shown
 from tuckerl.errors import ProblemError
 from tuckerl.problems.maze import Cell, Maze
 from tuckerl.reports.figure import FigureSpec
@@ -54,7 +55,7 @@ def first_maze(summary: Summary) -> Maze:
     scenario = summary.scenario
     maze = scenario.problem(0)
     if not isinstance(maze, Maze):
-        raise ProblemError(f"only paths in a Maze can be drawn; {scenario.name}'s problem is {maze!r}")
+        raise ProblemError(f"only paths in a Maze can be drawn; {scenario.name}'s problem is {shown(maze)}")
     return maze
 
 

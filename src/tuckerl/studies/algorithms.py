@@ -5,7 +5,7 @@ from dataclasses import fields
 from typing import Any, NamedTuple
 
 from tuckerl.adapters.resolve import Agents
-from tuckerl.checks import check_name, did_you_mean
+from tuckerl.checks import check_name, did_you_mean, shown
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.step import TensorStep
 from tuckerl.learners import LEARNERS
@@ -93,7 +93,7 @@ def check_setting(algorithms: tuple[Algorithm, ...], name: str) -> None:
     known = list(dict.fromkeys(known for algorithm in algorithms for known in parameters_of(algorithm)))
     hint = did_you_mean(name, known) or f"known are {', '.join(known)}"
     raise ParameterTypeError(
-        f"{who} has no parameter {name!r}: {hint}; `tuckerl list {algorithms[0].name}` tells of each"
+        f"{who} has no parameter {shown(name)}: {hint}; `tuckerl list {algorithms[0].name}` tells of each"
     )
 
 

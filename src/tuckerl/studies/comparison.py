@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from tuckerl.adapters.making import make_environment
-from tuckerl.checks import check_int, check_name
+from tuckerl.checks import check_int, check_name, shown
 from tuckerl.errors import ParameterError, UnknownNameError
 from tuckerl.studies.algorithms import (
     Algorithm,
@@ -158,8 +158,8 @@ def _settings_of_sides(
             own[side][parameter] = value
         else:
             raise UnknownNameError(
-                f"unknown side {side!r} in {name!r}: {BASE}.{parameter} or {CANDIDATE}.{parameter} sets one of the "
-                f"two, {parameter} both"
+                f"unknown side {shown(side)} in {shown(name)}: {BASE}.{parameter} or {CANDIDATE}.{parameter} sets "
+                f"one of the two, {parameter} both"
             )
     made = [
         {name: value for name, value in of_both.items() if name in parameters_of(algorithm)} | own[side]

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from tuckerl.adapters.resolve import Environment
-from tuckerl.checks import check_int
+from tuckerl.checks import check_int, shown
 from tuckerl.errors import UnknownNameError
 from tuckerl.generalization.sharing import SHARING_RULES
 from tuckerl.generalization.step import TensorStep
@@ -81,7 +81,7 @@ def variant(algorithm: AlgorithmConfig, name: str) -> Variant:
     kind = match["kind"] if match else ""
     if match is None or kind not in (algorithm.t_version, *WEIGHTINGS) or match["share"] not in (None, *SHARING_RULES):
         raise UnknownNameError(
-            f"unknown variant {name!r}: expected {algorithm.base}, {algorithm.t_version}-<agents>[-<share>] or "
+            f"unknown variant {shown(name)}: expected {algorithm.base}, {algorithm.t_version}-<agents>[-<share>] or "
             f"<weights>-<agents>[-<share>] with weights {', '.join(WEIGHTINGS)} and share {', '.join(SHARING_RULES)}"
         )
     if kind == algorithm.t_version:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from tuckerl.adapters.resolve import Environment
-from tuckerl.checks import check_flag
+from tuckerl.checks import check_flag, shown
 from tuckerl.errors import LearnerCheckError, LearnerError, ParameterTypeError
 from tuckerl.testing import declaring, learning, repeating, slips
 from tuckerl.testing.subject import Subject
@@ -60,7 +60,7 @@ def check_learner(
     given: object = learner_class
     if not (inspect.isclass(given) and issubclass(given, Learner)):
         raise ParameterTypeError(
-            f"learner_class must be a subclass of tuckerl.training.learner.Learner; got {learner_class!r}"
+            f"learner_class must be a subclass of tuckerl.training.learner.Learner; got {shown(learner_class)}"
         )
     own = dict(parameters or {})
     chosen = {"alpha", "gamma", "epsilon", "initial_q", "n_agents", "tensor_step", "seed"} & set(own)
@@ -111,8 +111,8 @@ def _check_parameters(subject: Subject) -> None:
         if "alhpa" in str(error):
             return
         raise LearnerCheckError(
-            f"{subject.name}(alhpa=0.25) must name the unknown parameter; it raised {error!r}: pass all keywords on, "
-            "super().__init__(env, **parameters)"
+            f"{subject.name}(alhpa=0.25) must name the unknown parameter; it raised {shown(error)}: pass all keywords "
+            "on, super().__init__(env, **parameters)"
         ) from error
     raise LearnerCheckError(
         f"{subject.name}(alhpa=0.25) must be refused, as there is no such parameter; nothing was raised: pass all "

@@ -20,6 +20,7 @@ from tuckerl.adapters.masks import MASK, MaskReader
 from tuckerl.adapters.python_world import EnvironmentCopies
 from tuckerl.adapters.resolve import carried_within
 from tuckerl.adapters.seeding import EpisodeSeeds
+from tuckerl.checks import shown
 from tuckerl.errors import ObservationError, ProblemCheckError, ProblemError, SpaceError
 from tuckerl.rng import child, seed_sequence
 from tuckerl.spaces.encoder import SpaceEncoder, space_encoder
@@ -110,7 +111,7 @@ class GymStage(Stage):
         for name, end in (("terminated", terminated), ("truncated", truncated)):
             if not isinstance(end, (bool, np.bool_)):
                 raise ProblemCheckError(
-                    f"{name} must be True or False; {where} of {self.source} it was {end!r}: write bool(...)"
+                    f"{name} must be True or False; {where} of {self.source} it was {shown(end)}: write bool(...)"
                 )
         self.is_over = bool(terminated or truncated)
         return self._seen(Moment(where, code, observation, reward, terminated, truncated), info)
@@ -118,7 +119,7 @@ class GymStage(Stage):
     def _seen(self, moment: Moment, info: Any) -> Moment:
         check_observation(self.env.observation_space, moment.observation, moment.where, self.source)
         if not isinstance(info, dict):
-            raise ProblemCheckError(f"info must be a dict; {moment.where} of {self.source} it was {info!r}")
+            raise ProblemCheckError(f"info must be a dict; {moment.where} of {self.source} it was {shown(info)}")
         observation, self._mask = read_mask(self.read, moment.observation, info, moment, over=self.is_over)
         return moment._replace(observation=copy.deepcopy(observation), mask=copy.deepcopy(self._mask))
 
@@ -147,8 +148,8 @@ def check_reward(reward: Any, where: str, source: str) -> None:
     """
     if isinstance(reward, bool) or not isinstance(reward, Real) or not math.isfinite(reward):
         raise ProblemCheckError(
-            f"a reward must be a finite number; {where} of {source} it was {reward!r}: return float(...), and guard "
-            "divisions and logarithms"
+            f"a reward must be a finite number; {where} of {source} it was {shown(reward)}: return float(...), and "
+            "guard divisions and logarithms"
         )
 
 
@@ -161,8 +162,8 @@ def check_observation(space: gymnasium.Space[Any], observation: Any, where: str,
     """
     if not space.contains(observation):
         raise ProblemCheckError(
-            f"an observation must lie in {space}; {where} of {source} it was {observation!r}: make the space larger, "
-            "clip, or mind its dtype and shape"
+            f"an observation must lie in {space}; {where} of {source} it was {shown(observation)}: make the space "
+            "larger, clip, or mind its dtype and shape"
         )
 
 
@@ -182,7 +183,7 @@ def read_mask(read: MaskReader, observation: Any, info: Any, moment: Moment, *, 
     if not over and any(part is not None and not np.any(part) for part in parts):
         raise ProblemCheckError(
             f"an action mask must allow at least one action while the episode goes on; {moment.where} it was "
-            f"{given!r}: return terminated=True where nothing can be done"
+            f"{shown(given)}: return terminated=True where nothing can be done"
         )
     return part, mask
 

@@ -19,6 +19,7 @@ from tuckerl.adapters.masks import MaskReader
 from tuckerl.adapters.python_world import EnvironmentCopies
 from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.adapters.seeding import EpisodeSeeds
+from tuckerl.checks import shown
 from tuckerl.errors import ProblemCheckError, SpaceError
 from tuckerl.rng import child, seed_sequence
 from tuckerl.spaces.encoder import space_encoder
@@ -128,7 +129,7 @@ class ParallelStage(Stage):
         if unknown:
             raise ProblemCheckError(
                 f"agents must be among possible_agents, {self.agents}; {where} of {self.source} there was "
-                f"{unknown[0]!r}"
+                f"{shown(unknown[0])}"
             )
         missing = [agent for agent in self._live if agent not in observations]
         if missing or not self._live:

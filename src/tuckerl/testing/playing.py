@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium.utils.env_checker import data_equivalence
 
 from tuckerl.adapters.seeding import EpisodeSeeds
+from tuckerl.checks import shown
 from tuckerl.errors import ProblemCheckError
 from tuckerl.rng import child
 from tuckerl.testing.limits import BUDGET, LONGEST
@@ -106,4 +107,6 @@ def check_equal(first: Iterable[Moment], second: Iterable[Moment], what: str, ad
         for name in Moment._fields[1:]:
             ours, theirs = getattr(one, name), getattr(other, name)
             if not data_equivalence(ours, theirs, exact=True):
-                raise ProblemCheckError(f"{what}; {one.where} the {name} was {ours!r}, then {theirs!r}: {advice}")
+                raise ProblemCheckError(
+                    f"{what}; {one.where} the {name} was {shown(ours)}, then {shown(theirs)}: {advice}"
+                )

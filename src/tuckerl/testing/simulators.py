@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tuckerl.checks import shown
 from tuckerl.errors import ProblemCheckError, SimulatorError
 from tuckerl.problems.dynamics import reset, step
 from tuckerl.problems.simulator import KIND, Simulator, first_entry
@@ -100,7 +101,7 @@ class _Interpreted:
         (first, own, returned), (second, other, _) = (self._moved("reset", where, state, words) for state in garbage)
         if returned is not None:
             raise ProblemCheckError(
-                f"reset must return nothing and write the first state into `state`; it returned {returned!r}"
+                f"reset must return nothing and write the first state into `state`; it returned {shown(returned)}"
             )
         kept = np.flatnonzero((first == garbage[0]) & (second == garbage[1]))
         if kept.size:
@@ -121,8 +122,8 @@ class _Interpreted:
         for _, _, returned in results:
             if not isinstance(returned, tuple) or len(returned) != 2 or not _is_outcome(*returned):
                 raise ProblemCheckError(
-                    f"step must return (reward, terminated), a number and a bool; {where} it returned {returned!r}: "
-                    "write, for example, `return -1.0, state[0] == 4.0`"
+                    f"step must return (reward, terminated), a number and a bool; {where} it returned "
+                    f"{shown(returned)}: write, for example, `return -1.0, state[0] == 4.0`"
                 )
         first, second = ((state, own, float(paid), bool(ended)) for state, own, (paid, ended) in results)
         if not all(map(_same, first, second)):
@@ -152,7 +153,9 @@ class _Interpreted:
                 f"{state[0]}, no whole number: pass index(parameters, state), which returns the row"
             )
         if isinstance(row, bool) or not isinstance(row, Integral):
-            raise ProblemCheckError(f"index must return an int; {where} it returned {row!r}: write int(...) around it")
+            raise ProblemCheckError(
+                f"index must return an int; {where} it returned {shown(row)}: write int(...) around it"
+            )
         if not 0 <= int(row) < n_states:
             raise ProblemCheckError(
                 f"index must lie from 0 to {n_states - 1}; {where} it was {int(row)}, the state being {state}: make "

@@ -11,6 +11,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import DTypeLike
 
+from tuckerl.checks import check_text, shown
 from tuckerl.errors import ImmutableError, ParameterError, SavedFileError
 from tuckerl.generalization.sharing import is_copy, share_tables
 from tuckerl.saved_arrays import SavedArrays, grouped
@@ -75,12 +76,12 @@ class DeclaredArray:
         _check_declared_name(self.name)
         if isinstance(self.bounds, str) and self.bounds not in ("states", "actions"):
             raise ParameterError(
-                f"bounds of {self.name!r} must be 'states', 'actions' or (low, high); got {self.bounds!r}"
+                f"bounds of {self.name!r} must be 'states', 'actions' or (low, high); got {shown(self.bounds)}"
             )
         if np.dtype(self.dtype).hasobject:
             raise ParameterError(f"no file holds Python objects; {self.name!r} has dtype {np.dtype(self.dtype)}")
         if self.share not in SHARING:
-            raise ParameterError(f"share of {self.name!r} must be one of {', '.join(SHARING)}; got {self.share!r}")
+            raise ParameterError(f"share of {self.name!r} must be one of {', '.join(SHARING)}; got {shown(self.share)}")
         unknown = [size for size in self.shape if isinstance(size, str) and size not in ("states", "actions")]
         if unknown or (self.share == "by_row" and len(self.shape) < 2):
             raise ParameterError(
@@ -304,9 +305,10 @@ def _check_distributions(name: str, array: FloatArray) -> None:
         raise SavedFileError(f"the rows of {name!r} must be distributions, at least 0 and with the sum 1")
 
 
-def _check_declared_name(name: str) -> None:
+def _check_declared_name(name: object) -> None:
     """Refuse names that are no keywords, joined by dots: files tell arrays apart by them."""
+    name = check_text("the name of a declared array", name)
     if not all(part.isidentifier() for part in name.split(".")):
         raise ParameterError(
-            f"the name of a declared array must be a keyword, or keywords joined by dots; got {name!r}"
+            f"the name of a declared array must be a keyword, or keywords joined by dots; got {shown(name)}"
         )

@@ -5,7 +5,7 @@ from functools import wraps
 from inspect import Parameter, signature
 from typing import ParamSpec, TypeVar
 
-from tuckerl.checks import did_you_mean
+from tuckerl.checks import did_you_mean, shown
 from tuckerl.errors import ParameterTypeError
 
 P = ParamSpec("P")
@@ -83,7 +83,9 @@ def answering_habits(function: Callable[P, R]) -> Callable[P, R]:
     def answering(*arguments: P.args, **keywords: P.kwargs) -> R:
         for unknown in keywords:
             if unknown not in known:
-                raise ParameterTypeError(f"{name}() has no argument {unknown!r}: {word_to_use(name, unknown, known)}")
+                raise ParameterTypeError(
+                    f"{name}() has no argument {shown(unknown)}: {word_to_use(name, unknown, known)}"
+                )
         return function(*arguments, **keywords)
 
     return answering

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple, NotRequired, TypedDict
 
 import numpy as np
 
+from tuckerl.checks import shown
 from tuckerl.errors import SavedFileError, SavedFileMissingError, TuckerlError
 from tuckerl.files import write_whole
 from tuckerl.memory import Part, check_memory
@@ -178,7 +179,7 @@ def _unpacked(body: bytes) -> tuple[Header, SavedArrays]:
     stored = _stored_arrays(archive, members)
     if stored.keys() != manifest["arrays"].keys():
         other = min(stored.keys() ^ manifest["arrays"].keys())
-        raise SavedFileError(f"its manifest and its arrays differ: {other!r} is in one of them only")
+        raise SavedFileError(f"its manifest and its arrays differ: {shown(other)} is in one of them only")
     return manifest["header"], SavedArrays(
         {name: _as_declared(name, array, manifest["arrays"][name]) for name, array in stored.items()}
     )
@@ -201,9 +202,9 @@ def _members(body: bytes) -> tuple[zipfile.ZipFile, dict[str, zipfile.ZipInfo]]:
     members: dict[str, zipfile.ZipInfo] = {}
     for info in archive.infolist():
         if info.filename in members:
-            raise SavedFileError(f"its member {info.filename!r} is there twice")
+            raise SavedFileError(f"its member {shown(info.filename)} is there twice")
         if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) or info.flag_bits & 1:
-            raise SavedFileError(f"its member {info.filename!r} is packed in another way than save() does")
+            raise SavedFileError(f"its member {shown(info.filename)} is packed in another way than save() does")
         members[info.filename] = info
     size = sum(info.file_size for info in members.values())
     check_memory("it", [Part("its arrays", size, "load it where more is free, if you trust it")])
@@ -219,7 +220,7 @@ def _of_text(info: zipfile.ZipInfo) -> zipfile.ZipInfo:
 def _stored_arrays(archive: zipfile.ZipFile, members: Mapping[str, zipfile.ZipInfo]) -> dict[str, StoredArray]:
     other = [name for name in members if not name.endswith(".npy")]
     if other:
-        raise SavedFileError(f"its member {other[0]!r} is no array")
+        raise SavedFileError(f"its member {shown(other[0])} is no array")
     return {name.removesuffix(".npy"): _stored_array(archive, info) for name, info in members.items()}
 
 
@@ -227,14 +228,14 @@ def _stored_array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> StoredArra
     """Return an array of which only the description was read."""
     with archive.open(info) as member:
         if np.lib.format.read_magic(member) != (1, 0):
-            raise SavedFileError(f"its member {info.filename!r} is no array of NumPy's format 1.0")
+            raise SavedFileError(f"its member {shown(info.filename)} is no array of NumPy's format 1.0")
         shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(member)
         start = member.tell()
     sizes = all(type(size) is int and size >= 0 for size in shape)
     if dtype.hasobject or dtype.itemsize == 0 or not sizes:
-        raise SavedFileError(f"its member {info.filename!r} is no array of numbers")
+        raise SavedFileError(f"its member {shown(info.filename)} is no array of numbers")
     if info.file_size != start + math.prod(shape) * dtype.itemsize:
-        raise SavedFileError(f"its member {info.filename!r} has another size than its shape says")
+        raise SavedFileError(f"its member {shown(info.filename)} has another size than its shape says")
 
     def unpack() -> np.ndarray:
         array = np.empty(shape, dtype, order="F" if is_fortran else "C")
@@ -256,20 +257,20 @@ def _check_booleans(name: str, array: np.ndarray) -> None:
     for field in array.dtype.names or ():
         _check_booleans(name, array[field])
     if array.dtype.kind == "b" and array.size and array.view(np.uint8).max() > 1:
-        raise SavedFileError(f"its member {name!r} must hold booleans")
+        raise SavedFileError(f"its member {shown(name)} must hold booleans")
 
 
 def _as_declared(name: str, array: StoredArray, declared: Any) -> StoredArray:
     """Return an array that is refused when it is read and is not what the manifest says."""
-    form = checked_json(declared, _Form, f"what the manifest says of {name!r}")
+    form = checked_json(declared, _Form, f"what the manifest says of {shown(name)}")
     descr = json.loads(json.dumps(np.lib.format.dtype_to_descr(array.dtype)))
     if (descr, list(array.shape)) != (form["dtype"], form["shape"]):
-        raise SavedFileError(f"its manifest and the array {name!r} differ")
+        raise SavedFileError(f"its manifest and the array {shown(name)} differ")
 
     def read() -> np.ndarray:
         held = array.read()
         if _form_of(held).get("bounds") != form.get("bounds"):
-            raise SavedFileError(f"its manifest has other bounds than the array {name!r}")
+            raise SavedFileError(f"its manifest has other bounds than the array {shown(name)}")
         return held
 
     return StoredArray(array.dtype, array.shape, read)

@@ -71,14 +71,14 @@ class LiveParameters(Learned, metaclass=_Sealing):
             raise ImmutableError(_FIXED.format(name=name, kind=type(self).__name__))
         elif name in keywords_of(type(self)):
             self.change({name: value})
-        elif isinstance(shown := getattr(type(self), name, None), property) and shown.fset is None:
+        elif isinstance(viewed := getattr(type(self), name, None), property) and viewed.fset is None:
             raise ImmutableError(f"{name} cannot be assigned: it shows what the learner is and has learned")
         elif hasattr(self, name):
             super().__setattr__(name, value)
         else:
             known = _assignable(type(self))
             hint = did_you_mean(name, known) or f"what can be assigned is {', '.join(known)}"
-            raise ImmutableError(f"{type(self).__name__} has no attribute {name!r}: {hint}")
+            raise ImmutableError(f"{type(self).__name__} has no attribute {shown(name)}: {hint}")
 
     def __delattr__(self, name: str) -> None:
         if name in keywords_of(type(self)) and "_is_made" in vars(self):

@@ -207,7 +207,9 @@ def check_policy(policy: object, epsilon: Any, decay: float) -> Policy:
     if not isinstance(policy, Policy):
         raise ParameterTypeError(f"policy must be a policy such as tuckerl.EpsilonGreedy(0.1); got {shown(policy)}")
     if epsilon is not None or decay != 1.0:
-        raise ParameterError(f"epsilon belongs to the default policy: leave it out, or leave out policy={policy!r}")
+        raise ParameterError(
+            f"epsilon belongs to the default policy: leave it out, or leave out policy={shown(policy)}"
+        )
     return policy
 
 

@@ -316,7 +316,7 @@ def _array_parameters_of(
     for name in list(arrays):
         shape = arrays.shape(name)
         if name in others or (name in ours and shape not in (sizes, sizes[:1], () if is_old else sizes)):
-            raise SavedFileError(f"the parameter {name!r} is there twice, or has the impossible shape {shape}")
+            raise SavedFileError(f"the parameter {shown(name)} is there twice, or has the impossible shape {shape}")
         array = arrays[name]
         found[name] = array[()].item() if is_old and array.ndim == 0 else array
     return found

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from tuckerl._jit import kernel
-from tuckerl.checks import check_real, check_text
+from tuckerl.checks import check_real, check_text, shown
 from tuckerl.errors import ParameterError
 from tuckerl.rng import uniform
 from tuckerl.training.agent_arrays import AgentArrays
@@ -96,7 +96,7 @@ class OwnDistribution(Policy):
     def _distribution(self, declared: Mapping[str, Any]) -> FloatArray:
         if self.name not in declared:
             known = ", ".join(map(repr, declared)) or "nothing"
-            raise ParameterError(f"{self!r} needs an array that the algorithm declares; it declares {known}")
+            raise ParameterError(f"{shown(self)} needs an array that the algorithm declares; it declares {known}")
         distribution: FloatArray = declared[self.name]
         return distribution
 
