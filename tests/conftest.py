@@ -12,13 +12,6 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 _INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") != "0"
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Let numbers overflow in kernels without a word, as compiled they do."""
-    if _INTERPRETED:
-        for what in ("overflow", "invalid value"):
-            config.addinivalue_line("filterwarnings", f"ignore:{what} encountered:RuntimeWarning")
-
-
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Leave out what is about compiled code where nothing is compiled."""
     for item in items:

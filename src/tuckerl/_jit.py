@@ -174,10 +174,10 @@ def _compiled_for_python(function: Callable[..., Any]) -> Any:
     return compiled
 
 
-def wraps_around(function: _Function) -> _Function:
-    """Let a kernel's whole numbers wrap around unnoticed where it is interpreted, too: NumPy would warn of it."""
-    silent: Any = np.errstate(over="ignore")
-    wrapped: _Function = silent(function) if _INTERPRETED else function
+def silent(function: _Function) -> _Function:
+    """Let numbers leave their range unnoticed in a kernel that is interpreted, too: NumPy would warn of it."""
+    unnoticed: Any = np.errstate(all="ignore")
+    wrapped: _Function = unnoticed(function) if _INTERPRETED else function
     return wrapped
 
 

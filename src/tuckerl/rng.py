@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl._jit import kernel, wraps_around
+from tuckerl._jit import kernel, silent
 from tuckerl.checks import check_int, shown
 from tuckerl.errors import ParameterError, SavedFileError
 from tuckerl.types import Seed, Stream, UInt64Array
@@ -123,7 +123,7 @@ def _rotate_left(x: np.uint64, k: int) -> np.uint64:
     return (x << np.uint64(k)) | (x >> np.uint64(64 - k))
 
 
-@wraps_around
+@silent
 @kernel
 def uniform(state: UInt64Array) -> float:
     """Draw a float64 uniformly from [0, 1), a multiple of 2**-53 (xoshiro256++).

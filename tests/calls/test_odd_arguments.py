@@ -15,6 +15,7 @@ from tests.calls.values import learner, mdp, nested
 from tuckerl import cli, errors
 from tuckerl.adapters.making import make_environment
 from tuckerl.cli.settings import parse_numbers, parse_settings
+from tuckerl.environments.robot_rescue import robot_rescue
 from tuckerl.environments.robot_rescue_env import RobotRescueEnv
 from tuckerl.reports.inspect import inspect_learner, inspect_tensor, inspection_figures, write_inspection
 from tuckerl.saved_json import checked_json
@@ -65,7 +66,7 @@ WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
     "its decay": (lambda v: OwnDistribution("x", decay=v), [1j, "1", 2], "decay must be a number in"),
     "an environment's class": (
         tuckerl.QLearning,
-        [tuckerl.TabularMDP, lambda x: x],
+        [tuckerl.TabularMDP, lambda x: x, type],
         r"a callable that makes .* must take \(\)",
     ),
     "an environment without spaces": (tuckerl.QLearning, [gymnasium.Env, gymnasium.Env()], "has no observation_space"),
@@ -163,6 +164,7 @@ WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
     "blocked": (lambda v: inspect_tensor(X, (1, 1, 1, 1), blocked=v), [np.ones(4), [[1], [1, 2]]], "blocked must be 4"),
     "inspection_figures": (inspection_figures, [None, "x"], "inspection must be what inspect_learner returns"),
     "write_inspection": (lambda v: write_inspection(v, Path("page")), [b"x"], "inspection must be what"),
+    "rewards that leave the range": (lambda v: robot_rescue(grip_reward=v), [1e308], "reward must be finite everyw"),
     "numbers of thousands of digits": (lambda v: mdp().with_time_limit(v), [-HUGE], "got about 10"),
     "and of bins": (lambda v: space_encoder(gymnasium.spaces.Discrete(2), v), [HUGE], "bins must be None; got about"),
 }

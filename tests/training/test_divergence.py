@@ -150,3 +150,10 @@ def test_a_learner_that_diverged_in_a_window_is_saved_and_copied(every: int, tmp
     for again in (QLearning.load(tmp_path / "agent.tuckerl"), copy.deepcopy(learner)):
         assert again.diverged_at == 4
         np.testing.assert_array_equal(again.steps, learner.steps)
+
+
+def test_a_return_that_leaves_the_range_is_infinite_and_nobody_warns() -> None:
+    problem = TabularMDP([[0, 0]], [[1e308, 1e308]], [[False, False]], max_episode_steps=2)
+    learner = QLearning(problem, alpha=1e-9, seed=0).learn(2)
+    np.testing.assert_array_equal(learner.returns, [[np.inf], [np.inf]])
+    assert learner.evaluate(1).mean == np.inf

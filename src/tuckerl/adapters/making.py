@@ -10,7 +10,7 @@ import gymnasium
 import pettingzoo
 
 from tuckerl.checks import check_function, check_name, shown
-from tuckerl.errors import ParameterTypeError, ProblemError, TuckerlError, UnknownNameError, warn
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, TuckerlError, UnknownNameError, warn
 
 GymEnvironment = gymnasium.Env[Any, Any]
 
@@ -30,6 +30,9 @@ class ParallelEnvironment(Protocol):
 Made = GymEnvironment | ParallelEnvironment
 
 
+_MAKER = "a callable that makes environments"
+
+
 def maker_of(env: Any) -> Callable[[], Any] | None:
     """Return what makes environments where `env` is an id or a callable; None where it is anything else.
 
@@ -42,7 +45,7 @@ def maker_of(env: Any) -> Callable[[], Any] | None:
         return partial(make_environment, env)
     if not callable(env) or isinstance(env, (gymnasium.Env, pettingzoo.ParallelEnv)):
         return None
-    check_function("a callable that makes environments", env, "")
+    check_function(_MAKER, env, "")
     make: Callable[[], Any] = env
     return make
 
@@ -61,11 +64,18 @@ def made_of(env: Any, name: str) -> tuple[Any, Callable[[], Any] | None]:
     ------
     ParameterTypeError
         If there is no environment.
+    ParameterError
+        If a callable cannot be called without arguments.
     ProblemError
         If it has no spaces.
     """
     make = maker_of(env)
-    made = env if make is None else make()
+    try:
+        made = env if make is None else make()
+    except TypeError as error:
+        if error.__traceback__ is not None and error.__traceback__.tb_next is not None:
+            raise  # from inside of it
+        raise ParameterError(f"{_MAKER} must take (); got {shown(env)}: {error}") from error
     if isinstance(made, (gymnasium.Env, pettingzoo.ParallelEnv)):
         check_spaces(made)
         return made, make

@@ -46,6 +46,7 @@ _Pair = tuple[IntArray, IntArray]
 """Of each robot, in each of n joint states."""
 
 
+@np.errstate(over="ignore")  # such rewards are refused with the table
 def robot_rescue(
     map: RescueMap | str | Sequence[str] | None = None,  # noqa: A002  # the environment's own word
     *,
