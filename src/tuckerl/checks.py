@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
 
+_NO_NUMBERS = (bool, np.timedelta64)  # though Python takes the one, and NumPy the other, for whole numbers
+
 
 def check_real(
     name: str,
@@ -44,7 +46,7 @@ def check_real(
         expected += f" {'above' if low_open else 'of at least'} {low:g}"
     elif math.isfinite(high):
         expected += f" {'below' if high_open else 'of at most'} {high:g}"
-    if isinstance(value, bool) or not isinstance(value, Real):
+    if isinstance(value, _NO_NUMBERS) or not isinstance(value, Real):
         raise ParameterTypeError(f"{expected}; got {shown(value)} of type {type(value).__name__}")
     try:
         number = float(value)
@@ -74,7 +76,7 @@ def check_int(name: str, value: object, low: int | None = None, high: int | None
         (True, True): f" from {low} to {high}",
     }[(low is not None, high is not None)]
     expected = f"{name} must be a whole number{bounds}"
-    if isinstance(value, bool) or not isinstance(value, Integral):
+    if isinstance(value, _NO_NUMBERS) or not isinstance(value, Integral):
         raise ParameterTypeError(f"{expected}; got {shown(value)} of type {type(value).__name__}")
     number = int(value)
     if (low is not None and number < low) or (high is not None and number > high):

@@ -102,6 +102,7 @@ def named(path: Path) -> str:
     return path.relative_to(ROOT).as_posix()
 
 
+@pytest.mark.compiled  # pages learn as long as users do
 @pytest.mark.parametrize("page", pages(), ids=named)
 def test_every_example_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -113,6 +114,7 @@ def test_every_example_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch: p
             run_console(block)
 
 
+@pytest.mark.compiled  # as above
 @pytest.mark.parametrize("notebook", sources("ipynb"), ids=named)
 def test_every_cell_of_a_notebook_runs(notebook: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

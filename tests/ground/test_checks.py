@@ -43,6 +43,7 @@ def test_real_numbers_become_floats(value: Any) -> None:
         (None, ParameterTypeError),
         (1j, ParameterTypeError),
         ([1.0], ParameterTypeError),
+        (np.timedelta64(1), ParameterTypeError),
     ],
 )
 def test_what_is_no_finite_number(value: Any, error: type[Exception]) -> None:
@@ -78,6 +79,7 @@ def test_whole_numbers_become_ints() -> None:
         ((1, 4), 5, "n must be a whole number from 1 to 4; got 5"),
         ((1, 4), True, "from 1 to 4; got True of type bool"),
         ((1, 4), "2", "from 1 to 4; got '2' of type str"),
+        ((1, 4), np.timedelta64(2), "from 1 to 4; got .* of type timedelta64"),
     ],
 )
 def test_wrong_whole_numbers(bounds: tuple[int | None, int | None], value: Any, message: str) -> None:

@@ -88,7 +88,7 @@ def quantile_edges(
     >>> [len(e) for e in edges]
     [3, 3, 3, 3]
     """
-    check_int("steps", steps, 1)
+    steps = check_int("steps", steps, 1)
     sequence = seed_sequence(seed)
     made, make = made_of(env, "env")
     try:
