@@ -1,8 +1,9 @@
 """Calls of the public interface with wrong and odd arguments: a sound result, or an error of this library's own.
 
 Every case follows from its number: ``python -m tests.calls.fuzz_calls show NUMBER`` makes it again and says what comes.
-The kernels are interpreted, so that there is time for many; a child process makes the calls, so that a dead interpreter
-is seen, and one that hangs. What the command line is given is tried in the same way.
+The kernels are interpreted, so that there is time for many (compiled with ``NUMBA_DISABLE_JIT=0``); a child process
+makes the calls, so that a dead interpreter is seen, and one that hangs. What the command line is given is tried in the
+same way.
 """
 
 import contextlib
@@ -214,7 +215,7 @@ def try_calls(first: int, count: int, tell: Callable[[str], object] = len) -> Fi
             child = subprocess.Popen(
                 [sys.executable, "-m", "tests.calls.fuzz_calls", "serve", str(number), str(last - number)],
                 cwd=folder,
-                env=os.environ | {"PYTHONPATH": paths, "NUMBA_DISABLE_JIT": "1", "MPLBACKEND": "agg"},
+                env={"NUMBA_DISABLE_JIT": "1"} | os.environ | {"PYTHONPATH": paths, "MPLBACKEND": "agg"},
                 stdout=subprocess.PIPE,
                 stderr=errors,
                 text=True,

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from typing import Any
 
 from tuckerl._jit import by_kind, kernel
-from tuckerl.checks import check_function
 from tuckerl.errors import LearnerError
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.guards import STOPS, guarded_act, guarded_end, guarded_update
@@ -82,11 +81,8 @@ def register_algorithm(
     ParameterError, ParameterTypeError
         If a kernel takes other arguments, or is no function.
     """
-    check_function("update", update, "algorithm, agent, transition, next_action")
-    check_function("act", act, "algorithm, agent, state")
-    check_function("end_episode", end_episode, "algorithm, agent, finished")
-    _ACT[state_type], _UPDATE[state_type] = guarded_act(act), guarded_update(update)
-    _END_EPISODE[state_type] = guarded_end(end_episode)
+    guarded = guarded_act(act), guarded_update(update), guarded_end(end_episode)
+    _ACT[state_type], _UPDATE[state_type], _END_EPISODE[state_type] = guarded
     _LEARN_AND_ACT[state_type] = _act_then_update if on_policy else _update_then_act
     if keeps_maxima:
         KEEP_MAXIMA.add(state_type)

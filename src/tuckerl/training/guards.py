@@ -2,7 +2,7 @@
 
 They are compiled with bounds checks, which make an error of an access outside of an array; what they return is looked
 at before it is used as an index. The guards are put around them when they are registered, so the library's own kernels
-pay nothing.
+pay nothing; what takes other arguments than it will be given is refused then.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tuckerl._jit import is_ours, kernel, recompiled
+from tuckerl.checks import check_function
 from tuckerl.errors import LearnerError
 from tuckerl.generalization.change_log import NO_STRAY, STRAY
 from tuckerl.problems.dynamics import WorldArrays, is_possible
@@ -48,6 +49,7 @@ def _checked(agent: AgentArrays, number: int, state: int, action: float) -> int:
 
 def guarded_act(act: Callable[..., int]) -> Callable[..., int]:
     """Return a user's `act` within a guard; ours as it is."""
+    check_function("act", act, "algorithm, agent, state")
     if is_ours(act):
         return act
     inner = recompiled(act)
@@ -71,6 +73,7 @@ def guarded_act(act: Callable[..., int]) -> Callable[..., int]:
 
 def guarded_choose(choose: Callable[..., int]) -> Callable[..., int]:
     """Return a user's policy's `choose` within a guard; ours as it is."""
+    check_function("choose", choose, "policy, agent, state")
     if is_ours(choose):
         return choose
     inner = recompiled(choose)
@@ -92,6 +95,7 @@ def guarded_choose(choose: Callable[..., int]) -> Callable[..., int]:
 
 def guarded_probabilities(probabilities: Callable[..., None]) -> Callable[..., None]:
     """Return a user's policy's `probabilities` within a guard, which leaves NaN after an error; ours as it is."""
+    check_function("probabilities", probabilities, "policy, agent, state, out")
     if is_ours(probabilities):
         return probabilities
     inner = recompiled(probabilities)
@@ -113,6 +117,7 @@ def guarded_probabilities(probabilities: Callable[..., None]) -> Callable[..., N
 
 def guarded_update(update: Callable[..., bool]) -> Callable[..., bool]:
     """Return a user's `update` within a guard; ours as it is."""
+    check_function("update", update, "algorithm, agent, transition, next_action")
     if is_ours(update):
         return update
     inner = recompiled(update)
@@ -133,6 +138,7 @@ def guarded_update(update: Callable[..., bool]) -> Callable[..., bool]:
 
 def guarded_end(end_episode: Callable[..., bool]) -> Callable[..., bool]:
     """Return a user's `end_episode` within a guard; ours as it is."""
+    check_function("end_episode", end_episode, "algorithm, agent, finished")
     if is_ours(end_episode):
         return end_episode
     inner = recompiled(end_episode)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl._jit import python_callback
+from tuckerl._jit import python_callback, silent
 from tuckerl.interrupts import is_impatient, was_pressed_again
 from tuckerl.training.agent_arrays import AFTER_EPISODE, AT_ONCE
 
@@ -69,6 +69,7 @@ class KernelCall:
             If a function in it does not return, and Ctrl-C was pressed again: the call is given up. Where the function
             returns later, the kernel finds `stop` and leaves everything else alone.
         """
+        kernel = silent(kernel)
         return kernel(*arguments) if self._calls_python else self._run_beside(kernel, arguments)
 
     def _listen(self, _: int) -> int:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl._jit import kernel, silent
+from tuckerl._jit import kernel
 from tuckerl.generalization.change_log import close_episode
 from tuckerl.problems.dynamics import (
     TERMINATED,
@@ -29,7 +29,6 @@ from tuckerl.training.algorithm import NOT_FINITE, act, end_episode, learn_and_a
 from tuckerl.training.guards import strays
 
 
-@silent
 @kernel
 def play(world: WorldArrays, agent: AgentArrays) -> int:
     """Let an agent play and learn the episodes that its record has room for.
@@ -85,7 +84,6 @@ def play(world: WorldArrays, agent: AgentArrays) -> int:
     return record.steps.size
 
 
-@silent
 @kernel
 def play_together(world: WorldArrays, agents: tuple[AgentArrays, ...]) -> int:
     """Let the agents of one world play and learn the episodes that their records have room for.

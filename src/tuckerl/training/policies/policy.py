@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from tuckerl._jit import by_kind, is_ours
-from tuckerl.checks import check_function
 from tuckerl.errors import LearnerError
 from tuckerl.problems.immutable import Immutable
 from tuckerl.training.declared_state import DeclaredArray
@@ -45,8 +44,6 @@ def register_policy(arrays: type, *, choose: Callable[..., int], probabilities: 
     ParameterError, ParameterTypeError
         If a kernel takes other arguments, or is no function.
     """
-    check_function("choose", choose, "policy, agent, state")
-    check_function("probabilities", probabilities, "policy, agent, state, out")
     _CHOOSE[arrays], _PROBABILITIES[arrays] = guarded_choose(choose), guarded_probabilities(probabilities)
 
 
