@@ -331,6 +331,13 @@ def test_percents_do_not_round_to_nothing() -> None:
     ]
 
 
+@pytest.mark.parametrize("n_states", [0, 1])
+def test_the_loadings_of_a_single_state_are_drawn(n_states: int) -> None:
+    factors = np.ones((n_states, 1)), *[np.ones((1, 1))] * 3
+    loadings = Loadings(np.arange(n_states), factors, np.ones((1, 1, 1, 1)), 1)
+    assert STATE_LOADINGS.applies(inspection_of(np.ones((1, 3, 1)), loadings=loadings)) is bool(n_states)
+
+
 def test_a_tensors_last_tables_and_loadings_are_shown() -> None:
     rng = np.random.default_rng(2)
     X = rng.normal(size=(6, 2, 5, 3))

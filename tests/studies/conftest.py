@@ -11,7 +11,7 @@ def sutton(instance: int) -> Maze:
     return sutton_maze()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def study() -> Study:
     """A study of seconds: Sutton's maze twice, 2 runs of 20 episodes, three variants."""
     kept = ("dyna-h", "dyna-ht-1", "dyna-ht-3", "constant-1", "constant-3-max")

@@ -24,6 +24,7 @@ def _slow(name: str) -> list[pytest.MarkDecorator]:
     return [pytest.mark.compiled] if name.startswith("dyna-maze") else []  # planning in mazes of a thousand cells
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(
     "place",
     [pytest.param(i, id=one.name, marks=_slow(one.name)) for i, one in enumerate(OTHERS.scenarios)],
@@ -77,6 +78,7 @@ def test_names_of_variants_follow_the_contract(study: Study) -> None:
                 assert made == variant(scenario.algorithm, made.name)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("study", [OTHERS, SMALL], ids=["alternatives", "ablation"])
 def test_pairs_share_their_seeds_with_the_main_study(study: Study) -> None:
     main = {scenario.name: scenario for scenario in MAIN.scenarios}
@@ -93,6 +95,7 @@ def test_pairs_share_their_seeds_with_the_main_study(study: Study) -> None:
         assert rows[0].equals(rows[1]), name
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("place", range(3), ids=lambda place: SMALL.scenarios[place].name)
 def test_every_step_plays(place: int) -> None:
     study = tiny(SMALL, place)

@@ -1,5 +1,4 @@
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -13,9 +12,9 @@ from tuckerl.studies.study import Study
 from tuckerl.studies.summary import Samples, _weight_course, paired_curves, summarise
 
 
-@pytest.fixture
-def tables(study: Study, tmp_path: Path) -> StudyTables:
-    return run_study(study, tmp_path, workers=1)
+@pytest.fixture(scope="module")
+def tables(study: Study, tmp_path_factory: pytest.TempPathFactory) -> StudyTables:
+    return run_study(study, tmp_path_factory.mktemp("study"), workers=1)
 
 
 KEYS = {

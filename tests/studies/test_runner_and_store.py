@@ -16,6 +16,8 @@ from tuckerl.studies.runner import SCHEMAS, Task, all_tasks, play_task
 from tuckerl.studies.store import Store
 from tuckerl.studies.study import Study
 
+pytestmark = pytest.mark.compiled  # most run a whole study
+
 FILES = ("runs.parquet", "weights.parquet", "paths.parquet")
 
 
