@@ -25,7 +25,7 @@ from llvmlite import ir
 from numba import types as numba_types
 from numba.core import config as numba_config
 from numba.core.caching import FunctionCache
-from numba.core.errors import NumbaError
+from numba.core.errors import NumbaError as NumbaError
 from numba.core.event import Listener, install_listener
 from numba.extending import intrinsic, overload
 

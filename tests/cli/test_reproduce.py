@@ -104,6 +104,7 @@ def test_the_package_is_the_command_and_can_be_imported(
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.compiled  # it waits for the first of the paper's runs
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="signals reach process groups on POSIX only")
 def test_ctrl_c_keeps_what_is_finished(tmp_path: Path) -> None:
     command = [
@@ -122,13 +123,16 @@ def test_ctrl_c_keeps_what_is_finished(tmp_path: Path) -> None:
     with subprocess.Popen(
         command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     ) as process:
-        deadline = time.monotonic() + 120
-        while not (tmp_path / "out" / "runs.parquet").exists():  # the first write, after ten seconds of work
-            assert process.poll() is None
-            assert time.monotonic() < deadline
-            time.sleep(0.1)
-        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all of its processes
-        _, err = process.communicate(timeout=60)
+        try:
+            deadline = time.monotonic() + 120
+            while not (tmp_path / "out" / "runs.parquet").exists():  # the first write, after ten seconds of work
+                assert process.poll() is None
+                assert time.monotonic() < deadline
+                time.sleep(0.1)
+            os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all of its processes
+            _, err = process.communicate(timeout=60)
+        finally:
+            process.kill()  # or the block would wait for all of its work
     assert process.returncode == 130
     assert err == "tuckerl: interrupted: what is finished is kept, the same command goes on from there\n"
     runs = pl.read_parquet(tmp_path / "out" / "runs.parquet")

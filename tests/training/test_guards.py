@@ -299,6 +299,32 @@ def test_states_of_a_kind_of_problem_of_ones_own_are_looked_at(problem: Line, va
         learner.evaluate(2)
 
 
+class Wordy(NamedTuple):
+    """A state whose kernel knows words."""
+
+
+@tuckerl.kernel
+def speak(algorithm: Wordy, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
+    """Look into a dictionary, which no kernel has."""
+    return {"left": transition.action}.get("right") is None
+
+
+register_algorithm(Wordy, update=speak)
+
+
+class Speaking(Learner):
+    """A learner whose kernel cannot be compiled."""
+
+    state_type = Wordy
+
+
+@pytest.mark.compiled
+def test_a_kernel_that_cannot_be_compiled_is_said_in_one_sentence() -> None:
+    with pytest.raises(LearnerError, match="a kernel of your own cannot be compiled: it may use numbers") as refused:
+        Speaking(corridor(), seed=0).learn(1)
+    assert "Failed in nopython mode" in str(refused.value.__cause__)
+
+
 @tuckerl.kernel
 def of_none() -> bool:
     """Take no arguments, as no kernel that can be registered does."""

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl._jit import python_callback, silent
+from tuckerl._jit import NumbaError, python_callback, silent
+from tuckerl.errors import LearnerError
 from tuckerl.interrupts import is_impatient, was_pressed_again
 from tuckerl.training.agent_arrays import AFTER_EPISODE, AT_ONCE
 
@@ -68,9 +69,17 @@ class KernelCall:
         KeyboardInterrupt
             If a function in it does not return, and Ctrl-C was pressed again: the call is given up. Where the function
             returns later, the kernel finds `stop` and leaves everything else alone.
+        LearnerError
+            If a kernel of a user's own, of those that are called, cannot be compiled.
         """
         kernel = silent(kernel)
-        return kernel(*arguments) if self._calls_python else self._run_beside(kernel, arguments)
+        try:
+            return kernel(*arguments) if self._calls_python else self._run_beside(kernel, arguments)
+        except NumbaError as error:
+            raise LearnerError(
+                "a kernel of your own cannot be compiled: it may use numbers, arrays, math, NamedTuples and what is in "
+                "tuckerl.rng, call other kernels, and return what its documentation says; Numba's own words are above"
+            ) from error
 
     def _listen(self, _: int) -> int:
         """Set `stop` where a kernel in this thread should break off; just to be called lets Python hear of Ctrl-C."""
