@@ -91,6 +91,11 @@ def may_raise_interrupts(function: _Function) -> _Function:
     return function
 
 
+def is_waiting() -> bool:
+    """Return whether Ctrl-C was pressed and waits for the end of a block."""
+    return bool(_held)
+
+
 def is_impatient() -> bool:
     """Return whether to break off: Ctrl-C was pressed more often than can be borne, or a while ago."""
     return bool(_held) and (was_pressed_again() or time.monotonic() > _since + PATIENCE)

@@ -37,6 +37,7 @@ class SharingRule(NamedTuple):
     function: Callable[[ShareContext], FloatArray | None] | str  # or its home
     needs_decomposition: bool
     description: str  # what all agents go on with
+    draws: bool = True  # whether it uses the context's generator
 
     def mix(self, context: ShareContext) -> FloatArray | None:
         """Return the mixture of tables that all agents go on with, (N,), or None."""
@@ -90,13 +91,15 @@ def _none(context: ShareContext) -> None:
 
 
 SHARING_RULES = {
-    "max": SharingRule(_max, True, "the table of the agent whose row in the agent factor has the largest norm"),
-    "min": SharingRule(_min, True, "the table of the agent whose row has the smallest norm"),
-    "best": SharingRule(_best, False, "the table of the agent with the highest mean return in the window"),
+    "max": SharingRule(
+        _max, True, "the table of the agent whose row in the agent factor has the largest norm", draws=False
+    ),
+    "min": SharingRule(_min, True, "the table of the agent whose row has the smallest norm", draws=False),
+    "best": SharingRule(_best, False, "the table of the agent with the highest mean return in the window", draws=False),
     "random": SharingRule(_random, False, "the table of a random agent"),
-    "mean": SharingRule(_mean, False, "the mean of all tables"),
-    "consensus": SharingRule(_consensus, True, "the mean of all tables weighted by those norms"),
-    "none": SharingRule(_none, False, "each its own table"),
+    "mean": SharingRule(_mean, False, "the mean of all tables", draws=False),
+    "consensus": SharingRule(_consensus, True, "the mean of all tables weighted by those norms", draws=False),
+    "none": SharingRule(_none, False, "each its own table", draws=False),
 }
 
 

@@ -9,7 +9,7 @@ import functools
 import threading
 import time
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg  # noqa: F401  # its BLAS must be loaded before it can be limited
@@ -172,7 +172,7 @@ class TensorStepState:
     def __init__(
         self, step: TensorStep, initial_q: FloatArray, n_agents: int, sequence: np.random.SeedSequence
     ) -> None:
-        self.step = step
+        self.step, self._weighting, self._sharing = step, step.weighting, step.sharing
         self.snapshots = Snapshots(initial_q, n_agents, step.every)
         self._n_actions, self._n_agents = initial_q.shape[1], n_agents
         self._sequence = sequence
@@ -204,8 +204,10 @@ class TensorStepState:
     def _result(
         self, episode: int, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray
     ) -> TensorStepResult:
-        rng = np.random.default_rng(child(self._sequence, _STREAM, episode // self.step.every))
-        weigh, decomposition = self.step.weighting, None
+        weigh, sharing, decomposition = self._weighting, self._sharing, None
+        rng: Any = None  # for rules that draw nothing
+        if weigh.draws or sharing.draws:
+            rng = np.random.default_rng(child(self._sequence, _STREAM, episode // self.step.every))
         if self.step.needs_decomposition:
             tensor = self._tables(logs)
             if not np.isfinite(tensor).all():
@@ -236,7 +238,7 @@ class TensorStepState:
                 "paper's weight is 0 where an action's column was zero in every table); a floor above 0 keeps it alive",
             )
         norms = np.ones(self._n_agents) if decomposition is None else np.linalg.norm(decomposition.factors[3], axis=1)
-        mixture = self.step.sharing.mix(ShareContext(norms, returns, rng))
+        mixture = sharing.mix(ShareContext(norms, returns, rng))
         fit, ranks = (np.nan, _NO_RANKS) if decomposition is None else (decomposition.fit, decomposition.ranks)
         self._remember(episode, weights, mixture, fit=fit, ranks=ranks)
         return TensorStepResult(weights, mixture, finite=True)

@@ -29,6 +29,7 @@ class Weighting(NamedTuple):
     function: Callable[[TuckerDecomposition | None, int, np.random.Generator], FloatArray] | str  # or its home
     needs_decomposition: bool
     description: str  # what an action's learning rate is multiplied by
+    draws: bool = True  # whether it uses the generator, which takes longer to make than weights do
 
     def weigh(self, decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
         """Return the weights, (A,)."""
@@ -113,13 +114,15 @@ def _none(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.ran
 
 
 WEIGHTINGS = {
-    "paper": Weighting(_paper, True, "the norm of its row in the action factor, over the whole factor's"),
-    "relative": Weighting(_relative, True, "that norm over the largest of them"),
-    "constant": Weighting(_constant, False, "1/√|A|, whatever the action: the control for a smaller learning rate"),
+    "paper": Weighting(_paper, True, "the norm of its row in the action factor, over the whole factor's", draws=False),
+    "relative": Weighting(_relative, True, "that norm over the largest of them", draws=False),
+    "constant": Weighting(
+        _constant, False, "1/√|A|, whatever the action: the control for a smaller learning rate", draws=False
+    ),
     "permuted": Weighting(
         _permuted, True, "the paper's weights, dealt to random actions: the control for which action gets which"
     ),
-    "none": Weighting(_none, False, "1"),
+    "none": Weighting(_none, False, "1", draws=False),
 }
 
 
@@ -137,4 +140,4 @@ def custom_weighting(function: WeightFunction) -> Weighting:
             )
         return weights
 
-    return Weighting(weigh, True, "a function of the user's own")
+    return Weighting(weigh, True, "a function of the user's own", draws=False)

@@ -24,6 +24,8 @@ class EpisodeHistory:
     ----------
     finished : (N,) int64
         Episodes that each agent has finished.
+    episodes, most_episodes : int
+        Episodes that all agents have finished, and that some agent has.
     first_agent_steps : int
         Steps of all episodes that the first agent has finished; of agents in one world, the world's.
     """
@@ -34,17 +36,7 @@ class EpisodeHistory:
         self._steps: IntArray = np.zeros((n_agents, 0), dtype=np.int64)
         self._returns: FloatArray = np.zeros((n_agents, 0))
         self.finished: IntArray = np.zeros(n_agents, dtype=np.int64)
-        self.first_agent_steps = 0
-
-    @property
-    def episodes(self) -> int:
-        """Episodes that all agents have finished."""
-        return int(self.finished.min())
-
-    @property
-    def most_episodes(self) -> int:
-        """Episodes that some agent has finished."""
-        return int(self.finished.max())
+        self.episodes = self.most_episodes = self.first_agent_steps = 0
 
     @property
     def capacity(self) -> int:
@@ -90,12 +82,14 @@ class EpisodeHistory:
             first = int(self.finished[0])
             self.first_agent_steps += self._count(slice(first, first + n_episodes))
         self.finished[agents] += n_episodes
+        self._count_episodes()
 
     def drop_last(self) -> None:
         """Forget the latest episode of all agents."""
         last = int(self.finished[0]) - 1
         self.first_agent_steps -= self._count(slice(last, last + 1))
         self.finished -= 1
+        self._count_episodes()
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays from which `set_arrays` goes on."""
@@ -135,7 +129,12 @@ class EpisodeHistory:
         """Go on from what `to_arrays` or `read` returned."""
         self._steps, self._returns, self.finished = arrays["steps"], arrays["returns"], arrays["finished"]
         self.first_agent_steps = self._count(slice(int(self.finished[0])))
+        self._count_episodes()
+
+    def _count_episodes(self) -> None:
+        self.episodes, self.most_episodes = int(self.finished.min()), int(self.finished.max())
 
     def _count(self, episodes: slice) -> int:
         """Return the steps of the first agent, or of the world that all share, in some episodes."""
-        return int(self._steps[self._clocks, episodes].max(axis=0).sum())
+        steps = self._steps[self._clocks, episodes]
+        return int((steps if len(steps) == 1 else steps.max(axis=0)).sum())

@@ -8,9 +8,11 @@ then.
 import _thread
 import contextvars
 import itertools
+import os
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,6 +28,37 @@ SLICE = 0.25
 _LISTENS_EVERY = 0.05  # seconds
 _GIVES_UP_AFTER = 0.5  # seconds in which a kernel returns that can
 _NUMBERS = itertools.count(1)
+
+
+class _Worker:
+    """A thread that runs one function after the other: to start a new one takes longer than a short window."""
+
+    def __init__(self) -> None:
+        self._wanted = threading.Lock()
+        self._task: Callable[[], object] = _nothing
+        self._wanted.acquire()
+        _thread.start_new_thread(self._work, ())
+
+    def run(self, task: Callable[[], object]) -> None:
+        """Run a function that raises nothing, while the caller goes on."""
+        self._task = task
+        self._wanted.release()
+
+    def _work(self) -> None:
+        while True:
+            self._wanted.acquire()
+            self._task()
+            self._task = _nothing  # whose arrays may be large
+            _IDLE.append(self)
+
+
+def _nothing() -> None:
+    pass
+
+
+_IDLE: list[_Worker] = []
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_IDLE.clear)  # a child has the thread that made it, and no other
 
 
 class KernelCall:
@@ -101,7 +134,11 @@ class KernelCall:
             finally:
                 done.release()
 
-        _thread.start_new_thread(contextvars.copy_context().run, (work,))
+        try:
+            worker = _IDLE.pop()
+        except IndexError:
+            worker = _Worker()
+        worker.run(partial(contextvars.copy_context().run, work))
         begun, stopped = time.monotonic(), 0.0
         while not done.acquire(timeout=_LISTENS_EVERY):
             now = time.monotonic()

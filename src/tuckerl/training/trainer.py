@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from tuckerl.checks import check_int
 from tuckerl.errors import ParameterError, StepCapWarning, warn
 from tuckerl.generalization.step import TensorStepState
-from tuckerl.interrupts import interrupts_held_back
+from tuckerl.interrupts import interrupts_held_back, is_waiting
 from tuckerl.memory import check_memory
 from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.training.callbacks.base import CallbackLike, CallbackList, Goal
@@ -55,12 +55,14 @@ class Trainer:
         self, episodes: int | None, steps: int | None, callbacks: Sequence[CallbackLike], *, progress: bool
     ) -> None:
         """Learn until the goal; see :meth:`tuckerl.training.learner.Learner.learn`."""
-        state, goal = self._state, self._goal(episodes, steps)
+        goal = self._goal(episodes, steps)
         with CallbackList(self._learner, callbacks, goal, progress=progress) as listed:
-            while state.diverged_at is None and listed.go_on and not self._is_done(goal):
+            while listed.go_on and not self._is_over(goal):
                 try:
                     with interrupts_held_back(), self._owner.playing():
                         self._advance(min(goal.episodes, listed.next_stop()), goal.steps)
+                        while listed.is_empty and not (is_waiting() or self._is_over(goal)):
+                            self._advance(goal.episodes, goal.steps)
                 finally:  # Ctrl-C is heard above; the window that it waited for may have ended
                     listed.call()
 
@@ -76,8 +78,11 @@ class Trainer:
             return Goal(goal, _UNLIMITED)
         return Goal(_UNLIMITED, min(_UNLIMITED, history.first_agent_steps + check_int("steps", steps, 1)))
 
-    def _is_done(self, goal: Goal) -> bool:
+    def _is_over(self, goal: Goal) -> bool:
+        """Return whether a table has diverged or the goal is reached."""
         history = self._state.history
+        if self._state.diverged_at is not None:
+            return True
         reached = history.episodes >= goal.episodes or history.first_agent_steps >= goal.steps
         return reached and self._state.in_sync
 
@@ -131,7 +136,7 @@ class Trainer:
         if error is not None:
             raise error
         if not is_broken:
-            self._warn_of_cap(int(state.history.steps_of(agents, first).max(initial=0)))
+            self._warn_of_cap(agents, first)
         return is_broken or n >= 0
 
     def _play_or_fail(
@@ -171,9 +176,13 @@ class Trainer:
             until = int(state.history.finished[agents[0]]) + n_finished
             self._play(place, self._arrays(place, agents, until, _UNLIMITED, call), call)
 
-    def _warn_of_cap(self, longest: int) -> None:
+    def _warn_of_cap(self, agents: Sequence[int], first: int) -> None:
+        """Warn once where an episode from the `first` on was as long as any may be, by a limit that nobody gave."""
         problem, state = self._learner.problem, self._state
-        if problem.is_capped and longest == problem.max_episode_steps and not state.was_capped:
+        if not problem.is_capped or state.was_capped:
+            return
+        longest = int(state.history.steps_of(agents, first).max(initial=0))
+        if longest == problem.max_episode_steps:
             state.was_capped = True
             warn(CAPPED.format(longest), StepCapWarning)
 

@@ -106,6 +106,11 @@ class CallbackList:
         self._bar: Any = progress_bar("episodes" if goal.episodes < _MOST else "steps") if shows else None
         self._show: Any = None
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nobody looks at the learner while it learns."""
+        return not self._callbacks and self._bar is None
+
     def next_stop(self) -> int:
         """Return the episode before which no callback waits to be called."""
         episodes = self._learner.episodes
