@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from tests.reports.examples import LEVELS, N_EPISODES, SCENARIO, SCENARIOS, nothing_of, summary_of
 from tuckerl.errors import ProblemError
 from tuckerl.problems.maze import sutton_maze
+from tuckerl.reports.action_weights import WEIGHT_LINES
 from tuckerl.reports.curves import CURVES, panels_of
 from tuckerl.reports.figure import FigureSpec, draw_figures, own_style
 from tuckerl.reports.figures import FIGURES
@@ -170,6 +171,13 @@ def test_weights_of_runs_that_all_diverged_later_can_be_drawn() -> None:
             for course in summary.weights
         )
         spec.draw(summary._replace(weights=lost)).canvas.draw()
+
+
+def test_the_last_weights_stand_beside_their_curves() -> None:
+    said = WEIGHT_LINES.alt(summary_of())
+    weights = "up 0.50, down 0.40, left 0.60, right 0.48"
+    assert said.endswith(f"After the last window, dyna-ht-1: {weights}; dyna-ht-3: {weights}.")
+    assert WEIGHT_LINES.alt(nothing_of()).endswith("After the last window, none.")
 
 
 def test_letters_are_at_least_8_points(drawn: tuple[FigureSpec[Any], Scenario]) -> None:
