@@ -14,7 +14,7 @@ import math
 import os
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
@@ -27,14 +27,15 @@ from numba.core import config as numba_config
 from numba.core.caching import FunctionCache
 from numba.core.errors import NumbaError as NumbaError
 from numba.core.event import Listener, install_listener
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 
-from tuckerl._kernel_compiler import InnerCompiler, Kernel
+from tuckerl._kernel_compiler import Kernel
 from tuckerl.checks import check_python_function
 from tuckerl.errors import SimulatorError
 
 _WITHOUT_KERNELS = ("testing", "studies", "reports", "cli")  # the layers above
 
+_types: Any = numba_types
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 
@@ -186,28 +187,32 @@ def recompiled(function: Callable[..., Any]) -> Callable[..., Any]:
     return kernel(getattr(function, "py_func", function))
 
 
-CHOOSERS: set[Callable[..., Any]] = set()
-"""What `by_kind` has returned."""
-
-
-def by_kind(kernels: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
-    """Return a function for kernels to call: the kernel that `kernels` has for the kind of its first argument.
+class ByKind:
+    """A function for kernels to call: the kernel that `kernels` has for the kind of its first argument.
 
     The choice is made when the caller is compiled, so one body serves all kinds and pays nothing for it.
     """
 
-    def chosen(first: Any, *others: Any) -> Any:
-        return kernels[type(first)](first, *others)
+    is_compiling = False  # Numba asks; the kernel itself knows
 
-    def body_of(first: Any, *others: Any) -> Callable[..., Any]:
-        compiled = kernels[first.instance_class]
-        body: Callable[..., Any] = getattr(compiled, "py_func", compiled)
-        return body
+    def __init__(self, kernels: Mapping[type, Callable[..., Any]]) -> None:
+        self.kernels = kernels
+        self._numba_type_ = _types.Dispatcher(self)  # what Numba takes it for
 
-    # The kernel's body takes the place of the call: a call between them would have to be compiled, too.
-    overload(chosen, jit_options=_OPTIONS | {"pipeline_class": InnerCompiler}, strict=False)(body_of)
-    CHOOSERS.add(chosen)
-    return chosen
+    def __call__(self, first: Any, *others: Any) -> Any:
+        """Return what the kernel returns."""
+        return self.kernels[type(first)](first, *others)
+
+    def get_call_template(self, arguments: Any, named: Any) -> Any:
+        """Return what Numba asks of a kernel when it finds a call."""
+        return self._of(arguments).get_call_template(arguments, named)
+
+    def get_overload(self, arguments: Any) -> Any:
+        """Return what Numba links to the call."""
+        return self._of(arguments).get_overload(arguments)
+
+    def _of(self, arguments: Any) -> Any:
+        return self.kernels[arguments[0].instance_class]
 
 
 @intrinsic
@@ -259,7 +264,6 @@ def call_python(address: int, argument: int) -> int:
     return _call_address(address, argument)  # type: ignore[call-arg]  # as kernels see it
 
 
-_types: Any = numba_types
 _cfunc: Any = numba.cfunc
 _ARRAY = _types.float64[::1]
 _CONSTANTS = _types.Array(_types.float64, 1, "C", readonly=True)

@@ -59,7 +59,7 @@ def test_the_way_to_the_table_leads_through_these_files(monkeypatch: pytest.Monk
     done = subprocess.run([sys.executable, "-c", STACK], capture_output=True, text=True, check=True, cwd=ROOT)
     called = [Path(line).relative_to(PACKAGE).as_posix() for line in done.stdout.splitlines() if str(PACKAGE) in line]
     assert called, "the profiler has seen the table change"
-    # The stack is that of one update; by_kind stands in _jit only where nothing is compiled, habits only looks at the
+    # The stack is that of one update; ByKind stands in _jit only where nothing is compiled, habits only looks at the
     # words of the call, kernel_calls says in which thread the loop is played, and the training state is made before.
     passed = ("_jit.py", "training/habits.py", "training/kernel_calls.py")
     assert [path for path in called if path not in passed] == [

@@ -7,7 +7,7 @@ made when a caller is compiled, so it costs nothing while it plays.
 from collections.abc import Callable
 from typing import Any
 
-from tuckerl._jit import by_kind, is_ours, kernel, recompiled
+from tuckerl._jit import ByKind, is_ours, kernel, recompiled
 from tuckerl.checks import check_function
 from tuckerl.types import Stream
 
@@ -24,23 +24,23 @@ _IS_OUT_OF_TIME: dict[type, Callable[..., bool]] = {}
 _MUST_RETURN: dict[type, Callable[..., bool]] = {}
 _IS_POSSIBLE: dict[type, Callable[..., bool]] = {}
 
-reset = by_kind(_RESET)
+reset = ByKind(_RESET)
 """``reset(world, rng)`` returns the first state of an episode."""
 
-step = by_kind(_STEP)
+step = ByKind(_STEP)
 """``step(world, state, action, rng)`` returns the next state, the reward, and whether the return ends there."""
 
-step_together = by_kind(_STEP_TOGETHER)
+step_together = ByKind(_STEP_TOGETHER)
 """``step_together(world, begin)`` begins an episode of all agents, or takes a step with all their actions."""
 
-is_out_of_time = by_kind(_IS_OUT_OF_TIME)
+is_out_of_time = ByKind(_IS_OUT_OF_TIME)
 """``is_out_of_time(world, steps)`` returns whether the episode is truncated after so many steps."""
 
-must_return = by_kind(_MUST_RETURN)
+must_return = ByKind(_MUST_RETURN)
 """``must_return(world)`` returns whether the kernel must return: something is wrong, or Python is to be asked."""
 
 
-is_possible = by_kind(_IS_POSSIBLE)
+is_possible = ByKind(_IS_POSSIBLE)
 """``is_possible(world, state, n_states)`` returns whether a state is one; of the library's own kinds it always is."""
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from types import CellType, FunctionType
 from typing import Any
 
-from tuckerl._jit import CHOOSERS, call_interpreted, call_python, is_rare
+from tuckerl._jit import ByKind, call_interpreted, call_python, is_rare
 
 
 def interpreted(compiled: Callable[..., Any]) -> Callable[..., Any]:
@@ -22,10 +22,10 @@ def _interpreted(compiled: Any, known: dict[Any, Any]) -> Any:
         return call_interpreted
     if compiled is is_rare:
         return bool
-    if isinstance(compiled, dict) and all(map(callable, compiled.values())):  # the kernels of `by_kind`
-        return {kind: _interpreted(one, known) for kind, one in compiled.items()}
+    if isinstance(compiled, ByKind):
+        return ByKind({kind: _interpreted(one, known) for kind, one in compiled.kernels.items()})
     python = getattr(compiled, "py_func", compiled)
-    if python is compiled and not (isinstance(python, FunctionType) and python in CHOOSERS):
+    if python is compiled:
         return compiled
     if python not in known:
         cells = tuple(CellType() for _ in python.__closure__ or ())

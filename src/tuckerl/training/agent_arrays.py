@@ -6,6 +6,7 @@ Sizes: S states, A actions, E episodes of one kernel call, K numbers that follow
 from typing import Any, NamedTuple
 
 from tuckerl._jit import call_python, is_rare, kernel
+from tuckerl._kernel_compiler import passed_whole
 from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
 
@@ -40,6 +41,7 @@ class EpisodeRecord(NamedTuple):
     listen: int  # the address of a Python function that may set `stop`; 0 where another thread does
 
 
+@passed_whole
 class AgentArrays(NamedTuple):
     """One agent, as kernels see it."""
 

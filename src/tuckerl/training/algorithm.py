@@ -7,7 +7,7 @@ when the loop is compiled, from that type, so that one loop serves all algorithm
 from collections.abc import Callable
 from typing import Any
 
-from tuckerl._jit import by_kind, kernel
+from tuckerl._jit import ByKind, kernel
 from tuckerl.errors import LearnerError
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.guards import STOPS, guarded_act, guarded_end, guarded_update
@@ -23,16 +23,16 @@ _LEARN_AND_ACT: dict[type, Callable[..., int]] = {}
 KEEP_MAXIMA: set[type] = set()
 """The types of states of algorithms whose kernels change their table by `change_value` alone."""
 
-act = by_kind(_ACT)
+act = ByKind(_ACT)
 """``act(agent.algorithm, agent, state)`` chooses an action in a state."""
 
-end_episode = by_kind(_END_EPISODE)
+end_episode = ByKind(_END_EPISODE)
 """``end_episode(agent.algorithm, agent, finished)`` returns whether the tables are finite."""
 
-learn_and_act = by_kind(_LEARN_AND_ACT)
+learn_and_act = ByKind(_LEARN_AND_ACT)
 """``learn_and_act(agent.algorithm, agent, transition)`` learns from a step and returns the next action."""
 
-_update = by_kind(_UPDATE)
+_update = ByKind(_UPDATE)
 
 
 @kernel

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tuckerl._jit import by_kind, is_rare, kernel
+from tuckerl._jit import ByKind, is_rare, kernel
 from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.types import BoolArray, FloatArray
 
@@ -73,15 +73,15 @@ def largest_allowed(q: FloatArray, action_mask: BoolArray, state: int) -> tuple[
         return largest_entries(q, state)
     largest, bound, first, ties = -np.inf, -np.inf, 0, 0
     for action in range(q.shape[1]):
-        if action_mask[state, action]:
-            largest = max(largest, q[state, action])
+        value = q[state, action]
+        largest = max(largest, value if action_mask[state, action] else -np.inf)
     for action in range(q.shape[1] - 1, -1, -1):
-        if action_mask[state, action]:
-            value = q[state, action]
-            is_largest = value == largest
-            bound = max(bound, -np.inf if is_largest else value)
-            first = action if is_largest else first
-            ties += is_largest
+        value = q[state, action]
+        is_allowed = action_mask[state, action]
+        is_largest = is_allowed & (value == largest)
+        bound = max(bound, value if is_allowed & (value != largest) else -np.inf)
+        first = action if is_largest else first
+        ties += is_largest
     return largest, bound, first, ties
 
 
@@ -107,7 +107,7 @@ def _looked_up(maxima: NoMaxima, agent: AgentArrays, state: int) -> tuple[float,
     return largest, first, ties
 
 
-maximum = by_kind({RowMaxima: _known, NoMaxima: _looked_up})
+maximum = ByKind({RowMaxima: _known, NoMaxima: _looked_up})
 """``maximum(agent.maxima, agent, state)``: the largest value among the allowed actions, the first column, the ties."""
 
 
@@ -138,7 +138,7 @@ def _change(maxima: NoMaxima, agent: AgentArrays, state: int, action: int, value
     agent.q[state, action] = value
 
 
-_change_entry = by_kind({RowMaxima: _change_known, NoMaxima: _change})
+_change_entry = ByKind({RowMaxima: _change_known, NoMaxima: _change})
 
 
 @kernel

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl._jit import by_kind, is_ours
+from tuckerl._jit import ByKind, is_ours
 from tuckerl.errors import LearnerError
 from tuckerl.problems.immutable import Immutable
 from tuckerl.training.declared_state import DeclaredArray
@@ -20,10 +20,10 @@ _SUM_TOLERANCE = 1e-6
 _CHOOSE: dict[type, Callable[..., int]] = {}
 _PROBABILITIES: dict[type, Callable[..., None]] = {}
 
-choose = by_kind(_CHOOSE)
+choose = ByKind(_CHOOSE)
 """``choose(agent.policy, agent, state)`` returns an action."""
 
-write_probabilities = by_kind(_PROBABILITIES)
+write_probabilities = ByKind(_PROBABILITIES)
 """``write_probabilities(agent.policy, agent, state, out)`` writes each action's probability into `out` (A,)."""
 
 
