@@ -80,7 +80,7 @@ def test_files_and_pages_tell_of_it(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     assert "nothing was learned yet" not in page
 
 
-@pytest.mark.parametrize("initial_q", [1e308, [[1e308, 1.2e308]] * 40])
+@pytest.mark.parametrize("initial_q", [1e308, -1e308, [[1e308, 1.2e308]] * 40])
 def test_tables_near_the_largest_float_are_decomposed(initial_q: Any) -> None:
     # Forty rows that nobody touched stand in the tensor as few, whose squares and sums leave the range of floats.
     problem = TabularMDP([[0, 0]] * 40, np.zeros((40, 2)), [[True, True]] * 40, start=0)
