@@ -63,6 +63,16 @@ WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
     "Harmonic.values": (tuckerl.Harmonic(1, 3).values, ["3", 2.0], "n_episodes must be a whole number"),
     "too many values": (tuckerl.Exponential(1).values, [10**15, 10**30], "a schedule would take"),
     "OwnDistribution": (OwnDistribution, [None, 3, b"x"], "name must be text"),
+    "the decay of a schedule": (
+        lambda v: tuckerl.EpsilonGreedy(tuckerl.Linear(1, 0, 3), v),
+        [np.ones(2), "1", 0.5],
+        "epsilon_decay must be a number in|epsilon is a schedule already",
+    ),
+    "decay beside a policy": (
+        lambda v: tuckerl.QLearning(mdp(), policy=tuckerl.Greedy(), epsilon_decay=v),
+        [np.ones(2), None, 0.5],
+        "epsilon_decay must be a number in|epsilon belongs to the default policy",
+    ),
     "its decay": (lambda v: OwnDistribution("x", decay=v), [1j, "1", 2], "decay must be a number in"),
     "an environment's class": (
         tuckerl.QLearning,

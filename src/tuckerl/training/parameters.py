@@ -206,7 +206,7 @@ def check_policy(policy: object, epsilon: Any, decay: float) -> Policy:
         return EpsilonGreedy(0.1 if epsilon is None else epsilon, decay)
     if not isinstance(policy, Policy):
         raise ParameterTypeError(f"policy must be a policy such as tuckerl.EpsilonGreedy(0.1); got {shown(policy)}")
-    if epsilon is not None or decay != 1.0:
+    if epsilon is not None or check_real("epsilon_decay", decay, 0.0, 1.0) != 1.0:
         raise ParameterError(
             f"epsilon belongs to the default policy: leave it out, or leave out policy={shown(policy)}"
         )

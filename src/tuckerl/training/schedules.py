@@ -243,7 +243,7 @@ def as_schedule(name: str, value: object, decay: float = 1.0, *, positive: bool 
         raise ParameterError(
             f"{name} must stay above 0 in all episodes; {shown(value)} falls to 0: give it an end above 0"
         )
-    if decay != 1.0:
+    if check_real(f"{name}_decay", decay, 0.0, 1.0) != 1.0:
         raise ParameterError(f"{name} is a schedule already: leave {name}_decay at 1; got {decay}")
     return value
 
