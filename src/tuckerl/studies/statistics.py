@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 import polars as pl
-from scipy import stats
+from scipy.special import stdtrit
 
 from tuckerl.intervals import CONFIDENCE, ROUNDING, bca_interval, is_constant
 from tuckerl.studies.study import Comparison
@@ -148,18 +148,18 @@ def paired_difference(
     if n_pairs == 0 or (relative and base.mean() == 0):
         return Difference(math.nan, math.nan, math.nan, n_pairs, n_diverged, relative)
 
-    def in_favour(base: FloatArray, candidate: FloatArray, axis: int = -1) -> FloatArray:
-        difference: FloatArray = sign * (candidate - base).mean(axis=axis)
-        return difference / np.abs(base.mean(axis=axis)) if relative else difference
+    def in_favour(base: FloatArray, difference: FloatArray) -> FloatArray:
+        return sign * difference / np.abs(base) if relative else sign * difference
 
-    mean = float(in_favour(base, candidate))
+    difference = candidate - base
+    mean = float(in_favour(base.mean(), difference.mean()))
     unit = base if relative else np.ones(n_pairs)
     if unit.all():
         magnitude = float(((np.abs(base) + np.abs(candidate)) / np.abs(unit)).max())
-        if is_constant((candidate - base) / unit, magnitude):  # every resample gives the same number
+        if is_constant(difference / unit, magnitude):  # every resample gives the same number
             mean = 0.0 if abs(mean) <= ROUNDING * magnitude else mean
             return Difference(mean, mean, mean, n_pairs, n_diverged, relative)
-    low, high = bca_interval((base, candidate), in_favour, rng)
+    low, high = bca_interval((base, difference), in_favour, rng)
     return Difference(mean, low, high, n_pairs, n_diverged, relative)
 
 
@@ -177,5 +177,5 @@ def mean_band(samples: FloatArray) -> Band:
     mean = samples.mean(axis=0) if n else np.full(samples.shape[1], np.nan)
     if n < 2:
         return Band(mean, mean, mean)
-    half = stats.t.ppf(0.5 + CONFIDENCE / 2, n - 1) * samples.std(axis=0, ddof=1) / math.sqrt(n)
+    half = stdtrit(n - 1, 0.5 + CONFIDENCE / 2) * samples.std(axis=0, ddof=1) / math.sqrt(n)
     return Band(mean, mean - half, mean + half)

@@ -107,4 +107,4 @@ def mean_interval(values: FloatArray, rng: np.random.Generator) -> tuple[float, 
     """Return the 95 % interval of a mean, by the BCa bootstrap; NaN for a single value."""
     if is_constant(values, float(np.abs(values).max())):  # every resample gives the same mean
         return float(values.mean()), float(values.mean())
-    return bca_interval((values,), np.mean, rng)
+    return bca_interval((values,), np.asarray, rng)
