@@ -2,9 +2,12 @@
 
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from tuckerl.studies.statistics import Difference
 from tuckerl.types import FloatArray
+
+if TYPE_CHECKING:  # what it imports, commands without statistics do not need
+    from tuckerl.studies.statistics import Difference
 
 NOTHING = "\N{EN DASH}"
 _LISTED = 6
@@ -46,7 +49,7 @@ def measured_interval(low: float, high: float, column: str = "") -> str:
     return "" if math.isnan(low) or math.isnan(high) else f"[{total(low, column)}, {total(high, column)}]"
 
 
-def amount(difference: Difference) -> str:
+def amount(difference: "Difference") -> str:
     """Return a difference in percent of the base's mean, or in the unit of what is measured."""
     if math.isnan(difference.mean):
         return NOTHING
@@ -55,7 +58,7 @@ def amount(difference: Difference) -> str:
     return ("+" if difference.mean > 0 else "") + measured(difference.mean)
 
 
-def amount_interval(difference: Difference) -> str:
+def amount_interval(difference: "Difference") -> str:
     """Return the 95 % interval of `amount`."""
     if math.isnan(difference.mean):
         return ""
