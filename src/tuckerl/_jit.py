@@ -1,22 +1,14 @@
-"""The one door to Numba: how kernels are compiled, and where compiled code is kept.
+"""The one door to Numba: how kernels are compiled.
 
 Kernels release the GIL, keep the order of floating-point operations (no ``fastmath``: the slow twins in the tests
-must agree to the last bits) and are cached on disk. Numba's cache notices a change in a kernel's own file but not in
-the kernels that it calls, so the cache folder's name carries a hash of the sources of all layers that have kernels: an
-edit in any of them starts a fresh folder. What others wrote is in no hash of ours: their kernels, and ours as compiled
-for their algorithms, are kept in memory only.
+must agree to the last bits) and are kept on disk, see `_kernel_cache`; what others wrote, in memory only.
 """
 
 import ctypes
 import functools
-import hashlib
 import math
-import os
-import tempfile
-import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
@@ -24,48 +16,20 @@ import numpy as np
 from llvmlite import ir
 from numba import types as numba_types
 from numba.core import config as numba_config
-from numba.core.caching import FunctionCache
+from numba.core.ccallback import CFunc
 from numba.core.errors import NumbaError as NumbaError
 from numba.core.event import Listener, install_listener
 from numba.extending import intrinsic
 
+from tuckerl._kernel_cache import is_ours, kept_code
 from tuckerl._kernel_compiler import Kernel
 from tuckerl.checks import check_python_function
 from tuckerl.errors import SimulatorError
-
-_WITHOUT_KERNELS = ("testing", "studies", "reports", "cli")  # the layers above
 
 _types: Any = numba_types
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 
-def _source_hash(package: Path) -> str:
-    digest = hashlib.sha256()
-    for source in sorted(package.rglob("*.py")):
-        if source.relative_to(package).parts[0] in _WITHOUT_KERNELS:
-            continue
-        digest.update(source.relative_to(package).as_posix().encode() + b"\0")
-        digest.update(source.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
-
-
-def _cache_folder() -> str | None:
-    """Return a writable folder for compiled kernels: Numba's own setting first, then beside the sources."""
-    package = Path(__file__).parent
-    name = f"kernels-{_source_hash(package)}"
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
-    for folder in [Path(chosen)] if chosen else [package / "__pycache__", home / "tuckerl"]:
-        try:
-            (folder / name).mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder / name):
-                return str(folder / name)
-        except OSError:
-            continue
-    return None
-
-
-_CACHE_FOLDER = _cache_folder()
 _config: Any = numba_config
 _INTERPRETED = bool(_config.DISABLE_JIT)
 # Without reference counting (_nrt), which takes most of the time where arrays are passed on in NamedTuples.
@@ -75,55 +39,6 @@ _OPTIONS: Any = {
     "error_model": "numpy",
     "forceinline": True,
 }
-
-
-_FOLDER_LOCK = threading.RLock()
-
-
-@contextmanager
-def _our_cache_folder() -> Iterator[None]:
-    # Numba reads the folder when caching is switched on; other packages' kernels must not move with ours.
-    config: Any = numba_config
-    with _FOLDER_LOCK:  # or one thread would take the other's folder for what was there before
-        before = config.CACHE_DIR
-        config.CACHE_DIR = _CACHE_FOLDER or before
-        try:
-            yield
-        finally:
-            config.CACHE_DIR = before
-
-
-def is_ours(thing: Any) -> bool:
-    """Return whether a function, a kernel or a class was written in this package."""
-    return (thing.__module__ or "").startswith("tuckerl.")
-
-
-def _has_foreign_part(kind: Any) -> bool:
-    """Return whether a NamedTuple of somebody else's is in what Numba calls a type."""
-    own = getattr(kind, "instance_class", None)
-    return (own is not None and not is_ours(own)) or any(map(_has_foreign_part, getattr(kind, "types", ())))
-
-
-def _is_kept(sig: Any) -> bool:
-    return not any(map(_has_foreign_part, getattr(sig, "args", sig)))  # a signature, or a tuple of types
-
-
-_FunctionCache: Any = FunctionCache
-
-
-class _OurCache(_FunctionCache):  # type: ignore[misc]  # Numba has no types
-    """A cache on disk that keeps no code compiled for an algorithm that was written elsewhere.
-
-    Its kernels are compiled into our loops, so an edit would go unnoticed; and the cache's own index names the
-    algorithm's class, so that every later process would ask for the module that it is in.
-    """
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        return super().load_overload(sig, target_context) if _is_kept(sig) else None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        if _is_kept(sig):
-            super().save_overload(sig, data)
 
 
 class _FirstCompilation(Listener):
@@ -169,9 +84,8 @@ def _options_of(function: Callable[..., Any]) -> dict[str, Any]:
 
 def _compiled_for_python(function: Callable[..., Any]) -> Any:
     compiled: Any = numba.njit(**_options_of(function))(function)
-    if _CACHE_FOLDER is not None and is_ours(function):
-        with _our_cache_folder():
-            compiled._cache = _OurCache(function)
+    if is_ours(function):
+        compiled._cache = kept_code(function)
     return compiled
 
 
@@ -265,6 +179,7 @@ def call_python(address: int, argument: int) -> int:
 
 
 _cfunc: Any = numba.cfunc
+_CFunc: Any = CFunc
 _ARRAY = _types.float64[::1]
 _CONSTANTS = _types.Array(_types.float64, 1, "C", readonly=True)
 _STREAM = _types.uint64[::1]
@@ -321,10 +236,16 @@ _USERS_OPTIONS: Any = {
 }
 
 
+_OWN_OPTIONS = {"_nrt": False, "error_model": "numpy"}
+
+
 @functools.cache
 def _own_function(function: Callable[..., Any], role: str) -> Any:
-    with _our_cache_folder():
-        return _cfunc(_SIGNATURES[role], cache=_CACHE_FOLDER is not None, _nrt=False, error_model="numpy")(function)
+    signature = _SIGNATURES[role]
+    compiled = _CFunc(function, (signature.args, signature.return_type), {}, _OWN_OPTIONS)
+    compiled._cache = kept_code(function)
+    compiled.compile()
+    return compiled
 
 
 def _users_function(function: Callable[..., Any], role: str) -> Any:

@@ -146,5 +146,9 @@ class ResumeWarning(UserWarning):
     """A learner that goes on from a file will not draw what it would have drawn without it."""
 
 
+class KernelCacheWarning(RuntimeWarning):
+    """Compiled kernels cannot be kept on disk, or not be read: each process compiles them."""
+
+
 class DivergenceWarning(RuntimeWarning):
     """A table was not finite any more, and learning was stopped there."""

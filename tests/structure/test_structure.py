@@ -17,6 +17,7 @@ GROUND = {
     "checks",
     "rng",
     "_jit",
+    "_kernel_cache",
     "_kernel_compiler",
     "types",
     "files",
@@ -91,7 +92,12 @@ def test_every_folder_is_a_layer() -> None:
 
 @pytest.mark.parametrize(
     ("library", "home"),
-    [("numba", {"_jit", "_kernel_compiler"}), ("matplotlib", {"reports"}), ("plotly", {"reports"}), ("typer", {"cli"})],
+    [
+        ("numba", {"_jit", "_kernel_cache", "_kernel_compiler"}),
+        ("matplotlib", {"reports"}),
+        ("plotly", {"reports"}),
+        ("typer", {"cli"}),
+    ],
 )
 def test_heavy_libraries_have_one_home(library: str, home: set[str]) -> None:
     importers = {

@@ -3,7 +3,6 @@
 import copy
 import pickle
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from threadpoolctl import threadpool_info
 
 from tests.learners.worlds import random_mdp
 from tests.training.test_resume import assert_same
-from tuckerl import DynaH, QLearning, TensorStep, _jit
+from tuckerl import DynaH, QLearning, TensorStep, _kernel_cache
 from tuckerl.errors import LONGEST_MESSAGE, EnvironmentFaultError, LearnerInUseError
 from tuckerl.training.learner import Learner
 
@@ -187,8 +186,7 @@ def test_simulators_are_compiled_side_by_side() -> None:
 
     def enter() -> None:
         for _ in range(50):
-            with _jit._our_cache_folder():
-                time.sleep(0.0001)
+            _kernel_cache.kept_code(make)
 
     side_by_side(*[enter] * 4)
     assert before == config.CACHE_DIR

@@ -7,7 +7,8 @@ made when a caller is compiled, so it costs nothing while it plays.
 from collections.abc import Callable
 from typing import Any
 
-from tuckerl._jit import ByKind, is_ours, kernel, recompiled
+from tuckerl._jit import ByKind, kernel, recompiled
+from tuckerl._kernel_cache import is_ours
 from tuckerl.checks import check_function
 from tuckerl.types import Stream
 
