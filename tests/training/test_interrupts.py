@@ -167,6 +167,7 @@ except KeyboardInterrupt:
     print("heard", learner.episodes, learner.q.any(), flush=True)
 """,
 }
+SLOWLY = {"planning in Python": pytest.mark.compiled}  # interpreted, plans between two looks take seconds
 STUCK = {
     "simulator": "learn(tuckerl.QLearning, simulator(gets_stuck), simulator(goes_round, 5))",
     "environment": "learn(tuckerl.QLearning, world(9, stuck=True), world(5))",
@@ -200,7 +201,7 @@ class Child:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a process cannot send another one Ctrl-C there")
-@pytest.mark.parametrize("kind", ENDLESS)
+@pytest.mark.parametrize("kind", [pytest.param(kind, marks=SLOWLY.get(kind, ())) for kind in ENDLESS])
 def test_ctrl_c_is_heard_where_nothing_ends(kind: str) -> None:
     with Child(ENDLESS[kind]) as child:
         pressed = time.monotonic()
