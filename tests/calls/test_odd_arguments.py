@@ -114,7 +114,11 @@ WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
         r"weights must take \(decomp",
     ),
     "share": (lambda v: tuckerl.TensorStep(2, (1, 1, 1, 1), share=v), [lambda: 0], r"share must take \(context\)"),
-    "callbacks": (lambda v: learner().learn(1, callbacks=v), [3, "ab", print, {1}], "callbacks must be a sequence"),
+    "callbacks": (
+        lambda v: learner().learn(1, callbacks=v),
+        [3, "ab", print, {1}, np.broadcast_to(0.5, 10**12)],
+        "callbacks must be a sequence",
+    ),
     "where to judge": (
         lambda v: learner().evaluate(1, env=v),
         [tuckerl.QLearning, lambda x: x],

@@ -72,15 +72,17 @@ class _Function(Callback):
 def _as_callbacks(callbacks: Sequence[CallbackLike]) -> tuple[Callback, ...]:
     expected = "callbacks must be a sequence of tuckerl.Callback objects, or functions that take the learner"
     try:
-        listed = tuple(callbacks)
+        each = iter(callbacks)
     except TypeError as error:
         raise ParameterTypeError(f"{expected}; got {shown(callbacks)}: put it into a list") from error
-    for callback in listed:
+    listed: list[Callback] = []
+    for callback in each:  # a view of an array may have more entries than any memory
         if isinstance(callback, type) or not (isinstance(callback, Callback) or callable(callback)):
             raise ParameterTypeError(f"{expected}; got {shown(callback)} among them")
         if not isinstance(callback, Callback):
             check_function("a callback", callback, "learner")
-    return tuple(callback if isinstance(callback, Callback) else _Function(callback) for callback in listed)
+        listed.append(callback if isinstance(callback, Callback) else _Function(callback))
+    return tuple(listed)
 
 
 class Goal(NamedTuple):
