@@ -7,7 +7,7 @@ import pytest
 from tuckerl.studies.ablation import ablation_study, ablations
 from tuckerl.studies.runner import Task, play_task
 from tuckerl.studies.scenarios import SCENARIOS, scenario_study
-from tuckerl.studies.sensitivity import DEFAULT, sensitivity_study, summarise_sensitivity
+from tuckerl.studies.sensitivity import DEFAULT, estimated_seconds, sensitivity_study, summarise_sensitivity
 from tuckerl.studies.study import Study, variant
 
 MAIN = scenario_study(runs=1, episodes=12)
@@ -164,3 +164,12 @@ def test_studies_stay_small() -> None:
     one = replace(large.scenarios[1], n_runs=2, n_instances=1)
     for small in (ablation_study(Study((one,), 0)), sensitivity_study(Study((one,), 0))):
         assert {(s.n_instances, s.n_runs) for s in small.scenarios} == {(1, 2)}
+
+
+def test_the_time_of_all_alternatives_is_estimated_by_the_longest_where_a_variant_is_new() -> None:
+    names = [variant.name for variant in OTHERS.scenarios[0].variants]
+    main = OTHERS.scenarios[0].name.split(": ")[0]
+    study = Study((OTHERS.scenarios[0].resized(n_runs=3, n_instances=1),) * 2, 0)
+    times = [(main, names[0], 1.0), (main, names[0], 3.0), (main, "another", 5.0), ("elsewhere", names[0], 99.0)]
+    table = pl.DataFrame(times, ["scenario", "variant", "seconds"], orient="row")
+    assert estimated_seconds(study, table, workers=4) == 2 * 3 * (2.0 + 5.0 * (len(names) - 1)) / 4
