@@ -19,7 +19,13 @@ EPISODES, TWIN_EPISODES = 1000, 3
 def rows() -> list[Row]:
     """Time an update of Q-learning and of Dyna-H on the paper's maze number 0."""
     problem = random_maze(seed=0).to_mdp()
-    return [row for planning_steps in (0, 10) for row in _rows(problem, planning_steps)]
+    return [row for n in (0, 10) for row in (_row_against_c(problem, n), _twin_row(problem, n))]
+
+
+def against_c() -> list[Row]:
+    """Time the same against C alone."""
+    problem = random_maze(seed=0).to_mdp()
+    return [_row_against_c(problem, planning_steps) for planning_steps in (0, 10)]
 
 
 def _learner(problem: TabularMDP, planning_steps: int) -> Learner:
@@ -28,9 +34,12 @@ def _learner(problem: TabularMDP, planning_steps: int) -> Learner:
     return DynaH(problem, planning_steps=planning_steps, seed=0)
 
 
-def _rows(problem: TabularMDP, planning_steps: int) -> list[Row]:
-    what = f"Dyna-H, {planning_steps} planning steps" if planning_steps else "Q-learning"
-    played = _learner(problem, planning_steps).learn(EPISODES)
+def _name(planning_steps: int) -> str:
+    return f"Dyna-H, {planning_steps} planning steps" if planning_steps else "Q-learning"
+
+
+def _row_against_c(problem: TabularMDP, planning_steps: int) -> Row:
+    what, played = _name(planning_steps), _learner(problem, planning_steps).learn(EPISODES)
     updates = (1 + planning_steps) * float(played.steps.sum())
 
     def ours() -> None:
@@ -38,16 +47,15 @@ def _rows(problem: TabularMDP, planning_steps: int) -> list[Row]:
 
     in_c = c_peer.dyna_h(problem, planning_steps, EPISODES, seed=0)
     if in_c is None:
-        found = [Row(what, "update", seconds(ours) / updates, c_peer.NO_COMPILER, None, None)]
-    else:
-        q, steps = in_c()
-        if not (np.array_equal(q, played.q[0]) and np.array_equal(steps, played.steps[:, 0])):
-            raise RuntimeError("the loop in C does something else than the kernel: its time says nothing")
-        found = [compare(what, "update", ours, "the same loop in C", in_c, units=updates, repeats=15)]
-    return [*found, _twin_row(problem, planning_steps, what, updates)]
+        return Row(what, "update", seconds(ours) / updates, c_peer.NO_COMPILER, None, None)
+    q, steps = in_c()
+    if not (np.array_equal(q, played.q[0]) and np.array_equal(steps, played.steps[:, 0])):
+        raise RuntimeError("the loop in C does something else than the kernel: its time says nothing")
+    return compare(what, "update", ours, "the same loop in C", in_c, units=updates, repeats=15)
 
 
-def _twin_row(problem: TabularMDP, planning_steps: int, what: str, updates: float) -> Row:
+def _twin_row(problem: TabularMDP, planning_steps: int) -> Row:
+    updates = (1 + planning_steps) * float(_learner(problem, planning_steps).learn(EPISODES).steps.sum())
     heuristic = np.zeros(problem.n_states) if problem.heuristic is None else problem.heuristic
     world, zeros = world_of(problem), np.zeros((problem.n_states, problem.n_actions))
 
@@ -61,7 +69,7 @@ def _twin_row(problem: TabularMDP, planning_steps: int, what: str, updates: floa
         return sum(learner.episode(np.ones(problem.n_actions))[0] for _ in range(TWIN_EPISODES))
 
     return compare(
-        what,
+        _name(planning_steps),
         "update",
         lambda: _learner(problem, planning_steps).learn(EPISODES),
         "its twin in pure Python",

@@ -20,6 +20,11 @@ def rows() -> list[Row]:
     return [row for size in SIZES for row in _rows(*size)]
 
 
+def against_c() -> list[Row]:
+    """Time a step at the two smaller sizes: the largest is the memory's."""
+    return [row for size in SIZES[:2] for row in _rows(*size)]
+
+
 def random_table(n_states: int, n_actions: int) -> TabularMDP:
     """Return a problem in which every pair leads anywhere and pays anything from 0 to 1."""
     rng = np.random.default_rng(n_states)

@@ -52,10 +52,32 @@ def _step_seconds(problem: TabularMDP, episodes: int) -> float:
     return min(seconds(lambda: learner.learn(episodes)) for _ in range(5)) / (episodes * HORIZON)
 
 
+def against_c() -> list[Row]:
+    """Time a step at the two smaller sizes against C alone."""
+    return [row for size in SIZES[:2] for row in _rows_against_c(world(*size))]
+
+
 def _rows(n_states: int, n_actions: int) -> list[Row]:
     problem = world(n_states, n_actions)
-    steps = EPISODES * HORIZON
-    what = f"SARSA(lambda), {n_states} x {n_actions}"
+    few = 200 if n_states < 10_000 else 20
+
+    def ours() -> None:
+        _learner(problem).learn(EPISODES)
+
+    def literal() -> None:
+        _literal(problem, few)
+
+    name, units = "the literal sweep in NumPy", EPISODES * HORIZON
+    literally = compare(_name(problem), "step", ours, name, literal, units=units, peer_units=few, repeats=3)
+    return [*_rows_against_c(problem), literally]
+
+
+def _name(problem: TabularMDP) -> str:
+    return f"SARSA(lambda), {problem.n_states} x {problem.n_actions}"
+
+
+def _rows_against_c(problem: TabularMDP) -> list[Row]:
+    what, steps = _name(problem), EPISODES * HORIZON
 
     def ours(epsilon: float = EPSILON) -> FloatArray:
         table: FloatArray = _learner(problem, epsilon).learn(EPISODES).q[0]
@@ -64,22 +86,14 @@ def _rows(n_states: int, n_actions: int) -> list[Row]:
     same, lists = _in_c(problem, "postponed", EPSILON), _in_c(problem, "active_list", EPSILON)
     wide = _in_c(problem, "active_list", 1.0)  # random actions visit the most pairs: long lists
     if same is None or lists is None or wide is None:
-        found = [Row(what, "step", seconds(ours) / steps, c_peer.NO_COMPILER, None, None)]
-    else:
-        if not np.allclose(same(), ours(), rtol=1e-9, atol=1e-9):
-            raise RuntimeError("the loop in C does something else than the kernel: its time says nothing")
-        found = [
-            compare(what, "step", ours, "the same in C", same, units=steps),
-            compare(what, "step", ours, "C, active list, cut 1e-6", lists, units=steps),
-            compare(f"{what}, epsilon 1", "step", lambda: ours(1.0), "C, active list, cut 1e-6", wide, units=steps),
-        ]
-    few = 200 if n_states < 10_000 else 20
-
-    def literal() -> None:
-        _literal(problem, few)
-
-    name = "the literal sweep in NumPy"
-    return [*found, compare(what, "step", ours, name, literal, units=steps, peer_units=few, repeats=3)]
+        return [Row(what, "step", seconds(ours) / steps, c_peer.NO_COMPILER, None, None)]
+    if not np.allclose(same(), ours(), rtol=1e-9, atol=1e-9):
+        raise RuntimeError("the loop in C does something else than the kernel: its time says nothing")
+    return [
+        compare(what, "step", ours, "the same in C", same, units=steps),
+        compare(what, "step", ours, "C, active list, cut 1e-6", lists, units=steps),
+        compare(f"{what}, epsilon 1", "step", lambda: ours(1.0), "C, active list, cut 1e-6", wide, units=steps),
+    ]
 
 
 def _in_c(problem: TabularMDP, name: str, epsilon: float) -> Callable[[], FloatArray] | None:

@@ -1,0 +1,45 @@
+"""Warn where a kernel is slower against the same loop in C than it was: ``python -m benchmarks.guard [--write]``.
+
+Both are timed in turn in one process, so that what else the machine does meets both; `guard.json` has what the ratios
+were when somebody last looked, and ``--write`` writes it anew. A slower kernel is no error: it is a line to read.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+from benchmarks import kernels, steps, traces
+from benchmarks.timing import Row
+
+KEPT = Path(__file__).with_suffix(".json")
+LOSS = 0.15
+_BENCHMARKS = (kernels, steps, traces)
+
+
+def main(*, write: bool) -> None:
+    """Compare today's ratios with those that are kept, or keep them."""
+    rows = [row for benchmark in _BENCHMARKS for row in benchmark.against_c()]
+    found = {_name(row): round(row.ratio, 2) for row in rows if row.ratio is not None}
+    if not found:
+        print("No compiler for C was found: there is nothing to compare with.")
+    elif write:
+        KEPT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
+    else:
+        print("\n".join(lines(found, json.loads(KEPT.read_text("utf-8")))))
+
+
+def lines(found: dict[str, float], kept: dict[str, float]) -> list[str]:
+    """Return a line for each kernel: its ratio today, the one that is kept, and a warning where it lost too much."""
+    return [
+        f"{name:<70} {ratio:5.2f} (was {kept.get(name, float('nan')):.2f})"
+        + ("   WARNING: slower than it was" if ratio < (1 - LOSS) * kept.get(name, 0.0) else "")
+        for name, ratio in found.items()
+    ]
+
+
+def _name(row: Row) -> str:
+    return f"{row.what} against {row.peer_name}"
+
+
+if __name__ == "__main__":
+    main(write="--write" in sys.argv[1:])
