@@ -205,10 +205,10 @@ def check_sequence(name: str, value: object, expected: str, length: int | None =
         value = value[: _MOST_ENTRIES if length is None else length + 1]
     if not is_array and (not isinstance(value, Sequence) or isinstance(value, (str, bytes, bytearray, memoryview))):
         raise ParameterTypeError(f"{name} must be {expected}; got {shown(value)} of type {type(value).__name__}")
-    listed: tuple[Any, ...] = tuple(value)  # type: ignore[arg-type]  # it is iterable
-    if length not in (None, len(listed)):
-        raise ParameterError(f"{name} must be {expected}; got {len(listed)}: {shown(value)}")
-    return listed
+    sequence: Sequence[Any] = value  # type: ignore[assignment]  # an array is one, too
+    if length not in (None, len(sequence)):  # before entries of large views are made
+        raise ParameterError(f"{name} must be {expected}; got {len(sequence)}: {shown(value)}")
+    return tuple(sequence)
 
 
 _MOST_ENTRIES = 10**6  # of a range, which may have more than any memory

@@ -1,5 +1,6 @@
 """What came through unnamed when calls were made with odd arguments, a case of each kind."""
 
+import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -251,6 +252,13 @@ def test_of_what_is_long_or_cannot_be_shown_a_message_shows_the_beginning(place:
         said = str(refused.value)
         assert " ... " not in said  # nothing was left out of the message itself
         assert "\n" not in said
+
+
+def test_a_view_of_a_million_rows_is_refused_at_once() -> None:
+    begun_at = time.process_time()
+    with pytest.raises(errors.ParameterError, match="got 1000000: array"):
+        MAZE.state(np.broadcast_to(0.5, (10**6, 10**6)))  # type: ignore[arg-type]  # it is no cell
+    assert time.process_time() - begun_at < 0.1
 
 
 def test_a_refused_change_changes_nothing() -> None:

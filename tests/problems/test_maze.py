@@ -214,7 +214,7 @@ BLOCKED = np.array([[False, True, False]])
         ((BLOCKED, (-1, 0), (0, 2)), MazeError, r"start must lie inside"),
         ((BLOCKED, (0, 0), (0, 0)), MazeError, r"two cells; both are \(0, 0\)"),
         ((BLOCKED, (0, 0), (0, 2)), MazeError, r"no path leads from start \(0, 0\) to goal \(0, 2\)"),
-        ((BLOCKED, (0,), (0, 2)), ParameterTypeError, r"start must be a pair \(row, column\)"),
+        ((BLOCKED, (0,), (0, 2)), ParameterError, r"start must be a pair \(row, column\)"),
         ((BLOCKED, 3, (0, 2)), ParameterTypeError, r"start must be a pair"),
         ((BLOCKED, np.array(3), (0, 2)), ParameterTypeError, r"start must be a pair"),
         ((BLOCKED, (0, [1, 2]), (0, 2)), ParameterTypeError, r"start's column must be a whole number"),
