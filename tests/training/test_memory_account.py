@@ -125,3 +125,8 @@ def test_a_long_window_is_counted_by_what_acting_can_touch(monkeypatch: pytest.M
     assert changes() == 100 * 10 * 3 * 8
     monkeypatch.setattr(memory_account, "available_memory", lambda: 10**6)  # not even addresses for so much
     assert changes() == 100 * 10_000 * 3 * 8
+
+
+def test_small_numbers_of_numpys_are_counted_without_overflow() -> None:
+    episodes: Any = np.int8(100)  # of which 100 * 2 * 8 is none
+    assert QLearning(corridor(3), seed=0).learn(episodes).episodes == 100

@@ -72,7 +72,7 @@ class Trainer:
         if (episodes is None) == (steps is None):
             raise ParameterError(f"learn() takes either episodes or steps; got episodes={episodes} and steps={steps}")
         if episodes is not None:
-            goal = history.episodes + check_int("episodes", episodes, 1)
+            goal = history.episodes + (episodes := check_int("episodes", episodes, 1))
             if goal > history.capacity:  # to ask what is free takes longer than a short episode
                 check_memory("learning", history_parts(self._state.n_agents, episodes, self._state.schedules.n))
             return Goal(goal, _UNLIMITED)
