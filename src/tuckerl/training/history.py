@@ -24,8 +24,6 @@ class EpisodeHistory:
     ----------
     finished : (N,) int64
         Episodes that each agent has finished.
-    episodes, most_episodes : int
-        Episodes that all agents have finished, and that some agent has.
     first_agent_steps : int
         Steps of all episodes that the first agent has finished; of agents in one world, the world's.
     """
@@ -36,7 +34,17 @@ class EpisodeHistory:
         self._steps: IntArray = np.zeros((n_agents, 0), dtype=np.int64)
         self._returns: FloatArray = np.zeros((n_agents, 0))
         self.finished: IntArray = np.zeros(n_agents, dtype=np.int64)
-        self.episodes = self.most_episodes = self.first_agent_steps = 0
+        self._episodes = self._most_episodes = self.first_agent_steps = 0
+
+    @property
+    def episodes(self) -> int:
+        """Episodes that all agents have finished."""
+        return self._episodes
+
+    @property
+    def most_episodes(self) -> int:
+        """Episodes that some agent has finished."""
+        return self._most_episodes
 
     @property
     def capacity(self) -> int:
@@ -132,7 +140,7 @@ class EpisodeHistory:
         self._count_episodes()
 
     def _count_episodes(self) -> None:
-        self.episodes, self.most_episodes = int(self.finished.min()), int(self.finished.max())
+        self._episodes, self._most_episodes = int(self.finished.min()), int(self.finished.max())
 
     def _count(self, episodes: slice) -> int:
         """Return the steps of the first agent, or of the world that all share, in some episodes."""

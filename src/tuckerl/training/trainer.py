@@ -80,11 +80,9 @@ class Trainer:
 
     def _is_over(self, goal: Goal) -> bool:
         """Return whether a table has diverged or the goal is reached."""
-        history = self._state.history
-        if self._state.diverged_at is not None:
-            return True
-        reached = history.episodes >= goal.episodes or history.first_agent_steps >= goal.steps
-        return reached and self._state.in_sync
+        state, history = self._state, self._state.history
+        is_reached = history.episodes >= goal.episodes or history.first_agent_steps >= goal.steps
+        return state.diverged_at is not None or (is_reached and state.in_sync)
 
     def _advance(self, until: int, until_steps: int) -> None:
         """Play on, and take the tensor step where a window has ended (or is due, as a user's function raised)."""
@@ -162,10 +160,8 @@ class Trainer:
         return tuple(self._state.agent(agent, until, max_steps, masks[i], make, call) for i, agent in enumerate(agents))
 
     def _play(self, place: int, arrays: tuple[AgentArrays, ...], call: KernelCall) -> int:
-        world = self._state.worlds[place]
-        if self._learner.problem.shares_world:
-            return call.run(play_together, world.arrays, arrays)
-        return call.run(play, world.arrays, arrays[0])
+        world, is_shared = self._state.worlds[place], self._learner.problem.shares_world
+        return call.run(play_together, world.arrays, arrays) if is_shared else call.run(play, world.arrays, arrays[0])
 
     def _undo(self, place: int, agents: Sequence[int], n_finished: int) -> None:
         """Go back to the end of the latest finished episode, as if the one after it had never begun."""
@@ -178,11 +174,8 @@ class Trainer:
 
     def _warn_of_cap(self, agents: Sequence[int], first: int) -> None:
         """Warn once where an episode from the `first` on was as long as any may be, by a limit that nobody gave."""
-        problem, state = self._learner.problem, self._state
-        if not problem.is_capped or state.was_capped:
-            return
-        longest = int(state.history.steps_of(agents, first).max(initial=0))
-        if longest == problem.max_episode_steps:
+        problem, state, longest = self._learner.problem, self._state, self._learner.problem.max_episode_steps
+        if problem.is_capped and not state.was_capped and longest in state.history.steps_of(agents, first):
             state.was_capped = True
             warn(CAPPED.format(longest), StepCapWarning)
 
