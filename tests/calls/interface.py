@@ -620,7 +620,7 @@ def targets() -> tuple[Target, ...]:
             _calls(tuckerl.tucker),
             {"X": [_tensor], "ranks": _RANKS, "tol": these(0.0, 1e-4), "max_iterations": these(0, 5)},
             2,
-            check=lambda d: sound([d.core, d.factors, d.fit, d.to_tensor()]),
+            check=lambda d: sound([d.core, *d.factors, d.fit, d.to_tensor()]),
             may_last=True,
         ),
         Target("unfold", _calls(tuckerl.unfold), {"X": [_tensor], "mode": these(0, 3)}, 2, check=none),

@@ -1,5 +1,7 @@
 """What a Tucker decomposition must be: its definition, bounds, known tensors and two other libraries."""
 
+import copy
+import pickle
 import tracemalloc
 import warnings
 from random import Random
@@ -17,6 +19,7 @@ from pyttb.tucker_als import tucker_als
 from tests.reference import tensor as reference
 from tests.tensor.examples import Floats, low_rank, random_tensor
 from tuckerl.tensor import TuckerDecomposition, decompose, decomposition, mode_product, tucker, unfold
+from tuckerl.tensor.hooi import iterate
 
 CASES = [
     ((9, 6), (3, 3)),
@@ -130,6 +133,25 @@ def test_the_same_bits_twice() -> None:
     assert (one.fit, one.iterations) == (two.fit, two.iterations)
 
 
+def test_a_decomposition_can_be_copied_before_anybody_has_read_it() -> None:
+    d = tucker(random_tensor((30, 3, 4)), (3, 2, 2))
+    assert repr(d).startswith("TuckerDecomposition(ranks=(3, 2, 2), fit=0.")
+    pickled = pickle.loads(pickle.dumps(d))  # noqa: S301  # our own bytes
+    for copied in (pickled, copy.deepcopy(d)):
+        for a, b in zip((d.core, *d.factors), (copied.core, *copied.factors), strict=True):
+            np.testing.assert_array_equal(a, b)
+        assert (copied.fit, copied.iterations) == (d.fit, d.iterations)
+
+
+def test_factors_are_a_sequence() -> None:
+    factors = tucker(random_tensor((30, 3, 1, 4)), (3, 2, 1, 2)).factors
+    assert len(factors) == 4
+    assert factors[-1] is factors[3]
+    assert [factor.shape for factor in factors[::2]] == [(30, 3), (1, 1)]
+    with pytest.raises(IndexError):
+        factors[4]
+
+
 def test_a_sign_is_settled_by_the_first_of_equal_entries() -> None:
     X = np.outer([-1.0, 1.0, 1.0, -1.0], [2.0, 0.0])
     d = tucker(X, (1, 1))
@@ -195,12 +217,11 @@ def test_factors_are_orthonormal_where_a_projection_has_fewer_directions(rows: i
 def test_sweeps_see_the_long_mode_compressed(mode: int, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[tuple[int, ...]] = []
 
-    def sweep(X: Floats, factors: Any) -> Any:
+    def spy(X: Floats, *arguments: Any) -> Any:
         seen.append(X.shape)
-        return original(X, factors)
+        return iterate(X, *arguments)
 
-    original = decomposition._sweep
-    monkeypatch.setattr(decomposition, "_sweep", sweep)
+    monkeypatch.setattr(decomposition, "iterate", spy)
     shape = [3, 4]
     shape.insert(mode, 500)
     tucker(random_tensor(tuple(shape)), (2, 2, 2), max_iterations=1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tensor.examples import Floats, random_tensor
-from tuckerl.tensor.singular import left_vectors, orthonormal, right_vectors
+from tuckerl.tensor.singular import leading, orthonormal, triangle
 
 
 def with_values(values: Floats, rows: int) -> Floats:
@@ -23,39 +23,53 @@ SPECTRA = {
 
 
 @pytest.mark.parametrize("spectrum", SPECTRA)
-def test_right_vectors_have_the_accuracy_that_is_promised(spectrum: str) -> None:
+@pytest.mark.parametrize("is_wide", [False, True])
+def test_values_have_the_accuracy_that_is_promised(spectrum: str, is_wide: bool) -> None:
     A = with_values(SPECTRA[spectrum], rows=200)
-    values, vectors = right_vectors(A, A.shape[1])
-    np.testing.assert_allclose(values, SPECTRA[spectrum], atol=1e-11)
-    np.testing.assert_allclose(vectors.T @ vectors, np.eye(values.size), atol=1e-13)
-    # A right singular vector is stretched by its value, also far below the square root of the rounding.
-    np.testing.assert_allclose(np.linalg.norm(A @ vectors, axis=0), SPECTRA[spectrum], atol=1e-11)
+    n = A.shape[1]
+    vectors, squares = leading(A.T if is_wide else A, n)
+    expected = SPECTRA[spectrum][::-1]
+    np.testing.assert_allclose(np.sqrt(squares), expected, atol=1e-11)
+    np.testing.assert_allclose(vectors.T @ vectors, np.eye(n), atol=1e-13)
+    # A singular vector is stretched by its value, also far below the square root of the rounding.
+    stretched = np.linalg.norm(vectors.T @ A if is_wide else A @ vectors, axis=1 if is_wide else 0)
+    np.testing.assert_allclose(stretched, expected, atol=1e-11)
 
 
 @pytest.mark.parametrize("shape", [(30, 6), (6, 30), (6, 6)])
 @pytest.mark.parametrize("rank", [6, 2])
-def test_left_vectors_span_what_the_svd_says_and_are_orthonormal(shape: tuple[int, int], rank: int) -> None:
+def test_leading_vectors_span_what_the_svd_says_and_are_orthonormal(shape: tuple[int, int], rank: int) -> None:
     A = random_tensor((shape[0], rank)) @ random_tensor((rank, shape[1]), seed=1)
-    vectors, values = left_vectors(A, 4)
-    U, s, _ = np.linalg.svd(A)
-    np.testing.assert_allclose(vectors.T @ vectors, np.eye(4), atol=1e-13)
-    np.testing.assert_allclose(values, s[:4], atol=1e-10 * s[0])
+    found = leading(A, 4)
+    _, s, transposed = np.linalg.svd(A)
+    np.testing.assert_allclose(found.vectors.T @ found.vectors, np.eye(4), atol=1e-13)
+    np.testing.assert_allclose(np.sqrt(found.squares), s[:4][::-1], atol=1e-10 * s[0])
     sure = min(4, rank)  # beyond the rank, the vectors are arbitrary
-    expected = U[:, :sure] @ U[:, :sure].T
-    np.testing.assert_allclose(vectors[:, :sure] @ vectors[:, :sure].T, expected, atol=1e-10)
+    assert found.rank == sure
+    strongest = found.vectors[:, -sure:]
+    np.testing.assert_allclose(strongest @ strongest.T, transposed[:sure].T @ transposed[:sure], atol=1e-10)
 
 
 @pytest.mark.parametrize("shape", [(5, 3), (3, 5)])
-def test_left_vectors_of_zeros_are_orthonormal(shape: tuple[int, int]) -> None:
-    vectors, values = left_vectors(np.zeros(shape), 3)
+def test_leading_vectors_of_zeros_are_orthonormal(shape: tuple[int, int]) -> None:
+    vectors, squares = leading(np.zeros(shape), 3)
     np.testing.assert_allclose(vectors.T @ vectors, np.eye(3), atol=1e-15)
-    np.testing.assert_array_equal(values, np.zeros(3))
+    np.testing.assert_array_equal(squares, np.zeros(3))
 
 
-def test_left_vectors_are_orthonormal_where_rounding_gives_no_further_direction() -> None:
+def test_the_triangle_has_the_same_gram_matrix() -> None:
+    A = random_tensor((50, 6))
+    R = triangle(A)
+    assert R is not None
+    np.testing.assert_array_equal(R, np.triu(R))
+    np.testing.assert_allclose(R.T @ R, A.T @ A, rtol=1e-12)
+    assert triangle(np.zeros((5, 2))) is None
+
+
+def test_vectors_are_orthonormal_where_rounding_gives_no_further_direction() -> None:
     A = np.zeros((30, 6))
     A[[3, 17]] = random_tensor((2, 6))
-    vectors, _ = left_vectors(A, 4)
+    vectors, _ = leading(A.T, 4)
     np.testing.assert_allclose(vectors.T @ vectors, np.eye(4), atol=1e-13)
 
 

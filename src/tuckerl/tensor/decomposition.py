@@ -1,60 +1,41 @@
-"""The Tucker decomposition by higher-order orthogonal iteration (HOOI).
+"""The Tucker decomposition, asked for and given: long modes, numbers of any size, factors that are made when read.
 
-Among factors with orthonormal columns, the best rank-(r_0, ..., r_{N-1}) approximation of X maximises the norm of
-the core ``G = X x_0 U_0' ... x_{N-1} U_{N-1}'``. Given all factors but the n-th, the best n-th one holds the r_n
-leading left singular vectors of the unfolding of X projected on the others. HOOI goes through the modes in order,
-again and again; it starts from the truncated higher-order SVD, whose squared error is at most the sum of the
-squared singular values that were cut off [1]_ [2]_ (Tucker3 [3]_ by alternating least squares).
-
-A *long* mode, longer than the product of all other sizes, is compressed first, exactly: with the thin SVD
-``X_(n) = Q R``, ``R = diag(s) V'``, the small tensor folded from R has the same core, fit and other factors, and
-the long factor is Q times the small one. In these coordinates its first HOSVD factor is the identity's first columns.
-
-References
-----------
-.. [1] L. De Lathauwer, B. De Moor, J. Vandewalle (2000). A multilinear singular value decomposition.
-   SIAM J. Matrix Anal. Appl. 21(4), 1253-1278.
-.. [2] L. De Lathauwer, B. De Moor, J. Vandewalle (2000). On the best rank-1 and rank-(R1, R2, ..., RN)
-   approximation of higher-order tensors. SIAM J. Matrix Anal. Appl. 21(4), 1324-1342.
-.. [3] L. R. Tucker (1966). Some mathematical notes on three-mode factor analysis. Psychometrika 31, 279-311.
+A *long* mode, longer than the product of all other sizes, is compressed first, exactly: with ``X_(n) = QR``, Q having
+orthonormal columns, the small tensor folded from R has the same core, fit and other factors (:mod:`tuckerl.tensor.hooi`
+finds them), and the long factor is Q times the small one. It is as large as all the rest, and often nobody reads it; so
+it is multiplied out when somebody does.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import ArrayLike
 
 from tuckerl.checks import NO_ARRAY, check_int, check_real, refuse_mask
 from tuckerl.errors import ParameterTypeError, RankWarning, TensorError, warn
-from tuckerl.interrupts import is_impatient
-from tuckerl.tensor.modes import Floats, fold, multiply_mode, unfold
+from tuckerl.tensor.hooi import Iterated, iterate
+from tuckerl.tensor.modes import Floats, multiply_all
 from tuckerl.tensor.ranks import Ranks, check_ranks, clip_ranks
-from tuckerl.tensor.singular import (
-    NUMERICAL_ZERO,
-    WELL_ABOVE_ZERO,
-    left_vectors,
-    orthonormal,
-    right_vectors,
-)
+from tuckerl.tensor.singular import orthonormal, triangle
 
-# Singular values of a long mode are taken to be at least this part of the largest: below it all is rounding.
-_NEGLIGIBLE = 1e-12
+# Where less is left of the tensor, the errors of its squares would show in the fit.
+_SURE_FIT = 1.0 - 1e-4
 
-# Where the residual is a thousandth of the tensor, errors of 1e-8 in it change the fit by about 1e-13.
-_SURE_FIT = 1.0 - 1e-3
+# Sums of squares in this range are neither huge nor made of numbers whose squares are lost.
+_LEAST_ENERGY, _MOST_ENERGY = 1e-200, 1e200
 
 
-@dataclass(frozen=True, eq=False)
 class TuckerDecomposition:
     """A core and one factor a mode, ``X ~ core x_0 factors[0] x_1 factors[1] ...``.
 
-    Attributes
+    Parameters
     ----------
     core : (r_0, ..., r_{N-1}) float64
-    factors : tuple of N arrays, (I_n, r_n) float64
+    factors : sequence of N arrays, (I_n, r_n) float64
         Orthonormal columns; the entry of largest magnitude of each (the first of equals) is positive.
     fit : float
         ``1 - norm(X - to_tensor()) / norm(X)``, 1 for a perfect one.
@@ -70,19 +51,86 @@ class TuckerDecomposition:
            [4.]]))
     """
 
-    core: Floats
-    factors: tuple[Floats, ...]
-    fit: float
-    iterations: int
+    def __init__(self, core: Floats, factors: Sequence[Floats], fit: float, iterations: int) -> None:
+        self._core, self._factors, self._fit, self._iterations = core, factors, fit, iterations
+
+    @property
+    def core(self) -> Floats:
+        """The (r_0, ..., r_{N-1}) core."""
+        return self._core
+
+    @property
+    def factors(self) -> Sequence[Floats]:
+        """The N factors, (I_n, r_n) each."""
+        return self._factors
+
+    @property
+    def fit(self) -> float:
+        """``1 - norm(X - to_tensor()) / norm(X)``."""
+        return self._fit
+
+    @property
+    def iterations(self) -> int:
+        """Sweeps over the modes that were done."""
+        return self._iterations
 
     @property
     def ranks(self) -> Ranks:
         """The shape of the core: the ranks that were used, at most those asked for."""
-        return self.core.shape
+        return self._core.shape
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Say what copies are made of: nothing that is still to be made."""
+        return TuckerDecomposition, (self.core, tuple(self.factors), self.fit, self.iterations)
+
+    def __repr__(self) -> str:
+        """Return the ranks and the numbers."""
+        return f"TuckerDecomposition(ranks={self.ranks}, fit={self.fit!r}, iterations={self.iterations})"
 
     def to_tensor(self) -> Floats:
         """Multiply out the decomposition: the (I_0, ..., I_{N-1}) array that it stands for."""
-        return _expand(self.core, self.factors)
+        return multiply_all(self.core, self.factors)
+
+
+class _Factors(Sequence[Floats]):
+    """Factors with their signs settled, each made when it is first read."""
+
+    def __init__(self, makers: Sequence[Callable[[], Floats]]) -> None:
+        self._makers = makers
+        self._made: dict[int, Floats] = {}
+        self.signs: dict[int, Floats] = {}
+
+    def __len__(self) -> int:
+        return len(self._makers)
+
+    def __getitem__(self, mode: Any) -> Any:
+        if isinstance(mode, slice):
+            return tuple(self[place] for place in range(*mode.indices(len(self))))
+        mode = range(len(self))[mode]
+        if mode not in self._made:
+            factor = self._makers[mode]()[:, ::-1]  # the strongest first
+            pivots = factor[np.abs(factor).argmax(axis=0), np.arange(factor.shape[1])]
+            self.signs[mode] = np.where(pivots < 0.0, -1.0, 1.0)
+            self._made[mode] = factor * self.signs[mode]
+        return self._made[mode]
+
+
+class _Found(TuckerDecomposition):
+    """A decomposition whose factors, and the core that agrees with their signs, are made when they are read."""
+
+    _factors: _Factors
+
+    @property
+    def core(self) -> Floats:
+        """The (r_0, ..., r_{N-1}) core."""
+        return self._signed_core
+
+    @cached_property
+    def _signed_core(self) -> Floats:
+        core = np.flip(self._core)
+        for mode, _ in enumerate(self._factors):  # which settles the signs
+            core = core * self._factors.signs[mode].reshape(-1, *[1] * (core.ndim - mode - 1))
+        return core
 
 
 def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations: int = 50) -> TuckerDecomposition:
@@ -124,7 +172,7 @@ def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations
     References
     ----------
     De Lathauwer, De Moor, Vandewalle (2000), SIAM J. Matrix Anal. Appl. 21(4), 1324-1342; Kolda, Bader (2009),
-    SIAM Review 51(3), figure 4.4.
+    SIAM Review 51(3), figure 4.4; L. R. Tucker (1966), Psychometrika 31, 279-311 (Tucker3).
 
     Examples
     --------
@@ -175,6 +223,9 @@ def decompose(X: Floats, ranks: Ranks, tol: float = 1e-4, max_iterations: int = 
     >>> decompose(np.ones((3, 2, 2)), (3, 2, 2)).ranks
     (1, 1, 1)
     """
+    energy = float(np.vdot(X, X))
+    if _LEAST_ENERGY < energy < _MOST_ENERGY:
+        return _decompose(X, ranks, tol, max_iterations)
     largest = max(X.max(), -X.min())
     if not math.isfinite(largest):
         raise TensorError(
@@ -182,135 +233,56 @@ def decompose(X: Floats, ranks: Ranks, tol: float = 1e-4, max_iterations: int = 
             "diverged, or replace them, for example by numpy.nan_to_num"
         )
     if largest == 0.0:
-        return _zero(X.shape, clip_ranks(ranks, X.shape))
-    # Squares of numbers as large or small as these leave the range of floats; a power of two costs no digit.
-    scale = 1.0 if 1e-100 < largest < 1e100 else math.ldexp(1.0, math.frexp(largest)[1] - 1)
-    tensor = X if scale == 1.0 else X / scale
-    long_mode = max(range(X.ndim), key=X.shape.__getitem__)
-    if X.shape[long_mode] > X.size // X.shape[long_mode]:
-        result = _decompose_long(tensor, long_mode, ranks, tol, max_iterations)
-    else:
-        result = _iterate(tensor, _truncated_svd(tensor, ranks).factors, tol, max_iterations)
-    core, factors = _with_signs(result.core, result.factors)
-    return TuckerDecomposition(core * scale, factors, result.fit, result.iterations)
+        ranks = clip_ranks(ranks, X.shape)
+        factors = tuple(np.eye(size, rank) for size, rank in zip(X.shape, ranks, strict=True))
+        return TuckerDecomposition(np.zeros(ranks), factors, fit=1.0, iterations=0)
+    # Squares of such numbers leave the range of floats; a power of two costs no digit.
+    scale = math.ldexp(1.0, math.frexp(largest)[1] - 1)
+    return _decompose(X / scale, ranks, tol, max_iterations, scale)
 
 
-class _Start(NamedTuple):
-    """A truncated higher-order SVD, and whether each singular value that it keeps is well above zero."""
-
-    factors: list[Floats]
-    sure: bool
-
-
-class _Result(NamedTuple):
-    """What the sweeps return."""
-
-    core: Floats
-    factors: list[Floats]
-    fit: float
-    iterations: int
-
-
-def _decompose_long(X: Floats, mode: int, ranks: Ranks, tol: float, max_iterations: int) -> _Result:
-    """Compress the long mode, decompose the small tensor, and bring the long factor back."""
-    tall = unfold(X, mode)
-    # One pass leaves errors of 1e-8 in the weakest directions. They come in squared, so they show only where
-    # a singular value that is kept, or the residual, is about as small; then the second pass is due.
-    for count in (1, tall.shape[1]):
-        values, vectors = right_vectors(tall, count)
-        values = np.maximum(values, _NEGLIGIBLE * values[0])
-        small = fold((vectors * values).T, mode, (*X.shape[:mode], values.size, *X.shape[mode + 1 :]))
-        start = _truncated_svd(small, ranks, {mode: (np.eye(values.size), values)})
-        result = _iterate(small, start.factors, tol, max_iterations)
-        if start.sure and result.fit < _SURE_FIT:
-            break
-    result.factors[mode] = orthonormal(tall @ ((vectors / values) @ result.factors[mode]))
-    return result
-
-
-def _truncated_svd(X: Floats, ranks: Ranks, known: Mapping[int, tuple[Floats, Floats]] | None = None) -> _Start:
-    """Return the truncated higher-order SVD, with as many columns as mean something.
-
-    Of the modes in `known`, the left singular vectors and the singular values are given.
-    """
+def _decompose(X: Floats, ranks: Ranks, tol: float, max_iterations: int, scale: float = 1.0) -> TuckerDecomposition:
+    """Decompose a tensor whose squares are in the range of floats, and multiply the core by `scale`."""
     ranks = clip_ranks(ranks, X.shape)
-    known = known or {}
-    vectors, values = zip(
-        *(known.get(mode) or left_vectors(unfold(X, mode), rank) for mode, rank in enumerate(ranks)),
-        strict=True,
-    )
-    least = [s[:rank] / s[0] for s, rank in zip(values, ranks, strict=True)]
-    ranks = clip_ranks(ranks, [int(np.count_nonzero(s > NUMERICAL_ZERO)) for s in least])
-    factors = [U[:, :rank] for U, rank in zip(vectors, ranks, strict=True)]
-    return _Start(factors, sure=all(s[-1] > WELL_ABOVE_ZERO for s in least))
+    # There is nothing to find in a mode of size 1.
+    modes = [mode for mode, size in enumerate(X.shape) if size > 1] or [0]
+    kept = np.ascontiguousarray(X).reshape([X.shape[mode] for mode in modes])
+    asked = tuple(ranks[mode] for mode in modes)
+    longest = max(range(kept.ndim), key=kept.shape.__getitem__)
+    makers: list[Callable[[], Floats]] = [partial(np.ones, (1, 1))] * X.ndim
+    if kept.shape[longest] ** 2 > kept.size:
+        result, long_factor = _decompose_long(kept, longest, asked, tol, max_iterations)
+    else:
+        result, long_factor = iterate(kept, asked, tol, max_iterations), None
+    used = [1] * X.ndim
+    for place, mode in enumerate(modes):
+        used[mode] = result.core.shape[place]
+        makers[mode] = partial(result.factors.__getitem__, place)
+    if long_factor is not None:
+        makers[modes[longest]] = long_factor
+    return _Found(result.core.reshape(used) * scale, _Factors(makers), result.fit, result.iterations)
 
 
-def _iterate(X: Floats, factors: list[Floats], tol: float, max_iterations: int) -> _Result:
-    """Sweep over the modes until the fit settles."""
-    X = np.ascontiguousarray(X)
-    core = X
-    for mode, factor in enumerate(factors):
-        core = multiply_mode(core, factor.T, mode)
-    fit = _fit(X, core, factors)
-    for iteration in range(1, max_iterations + 1):
-        if is_impatient():  # Ctrl-C waits where a learner decomposes
-            raise KeyboardInterrupt
-        core, factors = _sweep(X, factors)
-        before, fit = fit, _fit(X, core, factors)
-        if abs(fit - before) < tol:
-            return _Result(core, factors, fit, iteration)
-    return _Result(core, factors, fit, max_iterations)
+def _decompose_long(
+    X: Floats, mode: int, ranks: Ranks, tol: float, max_iterations: int
+) -> tuple[Iterated, Callable[[], Floats]]:
+    """Compress the long mode and decompose the small tensor; return that, and what makes the long factor."""
+    swapped = X.swapaxes(0, mode)
+    tall = swapped.reshape(len(swapped), -1)
 
+    def decompose_small(R: Floats) -> Iterated:
+        small = R.reshape(len(R), *swapped.shape[1:]).swapaxes(0, mode)
+        return iterate(np.ascontiguousarray(small), ranks, tol, max_iterations)
 
-def _sweep(X: Floats, factors: Sequence[Floats]) -> tuple[Floats, list[Floats]]:
-    """Improve each factor once, given the others, and return the core with them."""
-    improved: list[Floats] = []
-    core = X  # projected on the factors improved so far; after the last, this is the core
-    for mode, factor in enumerate(factors):
-        projected = core
-        # Contracting the last axis and putting the result first makes each product one matrix product without
-        # a transposed copy; in the end `mode` is the last axis, and the order of the others is immaterial.
-        for later in range(len(factors) - 1, mode, -1):
-            projected = factors[later].T @ projected.reshape(-1, factors[later].shape[0]).T
-        unfolding = projected.reshape(-1, factor.shape[0]).T
-        improved.append(left_vectors(unfolding, factor.shape[1])[0])
-        core = multiply_mode(core, improved[mode].T, mode)
-    return core, improved
-
-
-def _fit(X: Floats, core: Floats, factors: Sequence[Floats]) -> float:
-    """Return ``1 - norm(X - X_hat) / norm(X)`` for orthonormal factors and the core that goes with them."""
-    whole = float(np.vdot(X, X))
-    rest = 1.0 - float(np.vdot(core, core)) / whole
-    if rest < 1e-6:  # too much of the difference is rounding
-        residual = X - _expand(core, factors)
-        rest = float(np.vdot(residual, residual)) / whole
-    return 1.0 - math.sqrt(rest)
-
-
-def _expand(core: Floats, factors: Sequence[Floats]) -> Floats:
-    """Multiply the core by all factors, those of the shortest modes first to keep what lies between small."""
-    tensor = core
-    for mode in sorted(range(core.ndim), key=lambda n: factors[n].shape[0]):
-        tensor = multiply_mode(tensor, factors[mode], mode)
-    return tensor
-
-
-def _with_signs(core: Floats, factors: Sequence[Floats]) -> tuple[Floats, tuple[Floats, ...]]:
-    """Make each factor column's entry of largest magnitude positive, and the core agree."""
-    signed = []
-    for mode, factor in enumerate(factors):
-        pivots = factor[np.abs(factor).argmax(axis=0), np.arange(factor.shape[1])]
-        signs = np.where(pivots < 0.0, -1.0, 1.0)
-        signed.append(factor * signs)
-        core = core * signs.reshape(-1, *[1] * (core.ndim - mode - 1))
-    return core, tuple(signed)
-
-
-def _zero(shape: tuple[int, ...], ranks: Ranks) -> TuckerDecomposition:
-    """Return the decomposition defined for a tensor of zeros."""
-    factors = tuple(np.eye(size, rank) for size, rank in zip(shape, ranks, strict=True))
-    return TuckerDecomposition(np.zeros(ranks), factors, fit=1.0, iterations=0)
+    R = triangle(tall)
+    if R is not None:
+        result = decompose_small(R)
+        if result.is_sure and result.fit < _SURE_FIT:
+            small_factor = result.factors[mode]
+            return result, lambda: orthonormal(tall @ scipy.linalg.solve_triangular(R, small_factor))
+    Q, R = np.linalg.qr(tall)
+    result = decompose_small(R)
+    return result, lambda: Q @ result.factors[mode]
 
 
 def _check_tensor(X: ArrayLike) -> Floats:

@@ -7,6 +7,7 @@ are never called, and its bits are what they always were. Over 5,002 clustered a
 kernels of OpenBLAS, the relatively robust representations (``evr``) and the SVD agreed with `eigh` to 1e-12 each time.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +16,8 @@ import scipy.linalg
 
 from tuckerl.errors import DecompositionError
 from tuckerl.tensor.modes import Floats
+
+_SMALL = 48  # rows up to which OpenBLAS has one thread for all of this
 
 
 def symmetric_eigen(A: Floats) -> tuple[Floats, Floats]:
@@ -58,19 +61,19 @@ def singular_values(A: Floats) -> tuple[Floats, Floats]:
     DecompositionError
         If no way leads to them.
     """
-    _, values, transposed = _first_that_answers((_svd, _svd_by_qr_steps), A)
+    values, transposed = _first_that_answers((_svd, _svd_by_qr_steps), A)
     return values, transposed.T
 
 
 def _first_that_answers(ways: tuple[Callable[[Floats], Any], ...], A: Floats) -> Any:
-    """Return the first answer that is finite."""
+    """Return the first answer that is finite: values and vectors of length 1, as many."""
     for way in ways:
         try:
-            answer = way(A)
+            values, vectors = way(A)
         except np.linalg.LinAlgError:
             continue
-        if all(np.isfinite(part).all() for part in answer):
-            return answer
+        if abs(np.vdot(vectors, vectors) - values.size) < 1e-6 and math.isfinite(values.sum()):
+            return values, vectors
     raise DecompositionError(
         f"LAPACK gave no factors of a finite {A.shape[0]} x {A.shape[1]} matrix in {len(ways)} ways: decompose another "
         "window, or use another build of NumPy"
@@ -79,8 +82,13 @@ def _first_that_answers(ways: tuple[Callable[[Floats], Any], ...], A: Floats) ->
 
 def _eigh(A: Floats) -> tuple[Floats, Floats]:
     # NumPy first: SciPy brings a BLAS of its own, and the two pools of threads would slow each other down (measured:
-    # twice the time with two threads).
-    values, vectors = np.linalg.eigh(A)
+    # twice the time with two threads). Small matrices are one thread's, and there SciPy's shorter way to LAPACK counts.
+    if len(A) > _SMALL:
+        values, vectors = np.linalg.eigh(A)
+    else:
+        values, vectors, info = scipy.linalg.lapack.dsyevd(A.T, overwrite_a=0)
+        if info:
+            raise np.linalg.LinAlgError(f"dsyevd returned {info}")
     return values, vectors
 
 
@@ -95,11 +103,11 @@ def _eigen_by_svd(A: Floats) -> tuple[Floats, Floats]:
     return values[::-1], transposed[::-1].T
 
 
-def _svd(A: Floats) -> tuple[Floats, Floats, Floats]:
-    left, values, transposed = np.linalg.svd(A)
-    return left, values, transposed
+def _svd(A: Floats) -> tuple[Floats, Floats]:
+    _, values, transposed = np.linalg.svd(A)
+    return values, transposed
 
 
-def _svd_by_qr_steps(A: Floats) -> tuple[Floats, Floats, Floats]:
-    left, values, transposed = scipy.linalg.svd(A, lapack_driver="gesvd")
-    return left, values, transposed
+def _svd_by_qr_steps(A: Floats) -> tuple[Floats, Floats]:
+    _, values, transposed = scipy.linalg.svd(A, lapack_driver="gesvd")
+    return values, transposed

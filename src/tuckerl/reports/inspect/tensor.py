@@ -101,4 +101,4 @@ def _loadings(tensor: FloatArray, ranks: Ranks) -> Loadings | None:
         return None
     decomposition = tucker(rows, ranks)
     states = np.arange(len(tensor), dtype=np.int64)[used]
-    return Loadings(states, decomposition.factors, decomposition.core, tensor.shape[2], decomposition.fit)
+    return Loadings(states, tuple(decomposition.factors), decomposition.core, tensor.shape[2], decomposition.fit)

@@ -1,0 +1,76 @@
+"""Higher-order orthogonal iteration: sweeps over the modes that improve one factor at a time.
+
+Among factors with orthonormal columns, the best rank-(r_0, ..., r_{N-1}) approximation of X maximises the norm of the
+core ``G = X x_0 U_0' ... x_{N-1} U_{N-1}'``. Given all factors but the n-th, the best n-th one holds the r_n leading
+left singular vectors of the unfolding of X projected on the others. A sweep goes through the modes in order; sweeps
+begin at the truncated higher-order SVD (:mod:`tuckerl.tensor.start`) and end when the fit settles [1]_.
+
+References
+----------
+.. [1] L. De Lathauwer, B. De Moor, J. Vandewalle (2000). On the best rank-1 and rank-(R1, R2, ..., RN)
+   approximation of higher-order tensors. SIAM J. Matrix Anal. Appl. 21(4), 1324-1342.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from tuckerl.interrupts import is_impatient
+from tuckerl.tensor.fit import fit_of
+from tuckerl.tensor.modes import Floats, multiply_all, project_last
+from tuckerl.tensor.ranks import Ranks
+from tuckerl.tensor.singular import leading
+from tuckerl.tensor.start import Start
+
+
+class Iterated(NamedTuple):
+    """What the sweeps return."""
+
+    core: Floats
+    factors: list[Floats]
+    fit: float
+    iterations: int
+    is_sure: bool  # whether squares resolve all that the start keeps
+
+
+def iterate(X: Floats, ranks: Ranks, tol: float, max_iterations: int) -> Iterated:
+    """Find the core and the factors of a tensor.
+
+    Parameters
+    ----------
+    X : (I_0, ..., I_{N-1}) float64, C-ordered
+        Not zero; no mode longer than the product of the others.
+    ranks : tuple of N int
+        Lowered to what `X` has.
+    tol, max_iterations : float, int
+        As for :func:`tuckerl.tensor.tucker`.
+    """
+    start = Start(X, ranks)
+    if max_iterations == 0:
+        factors = [start.first, *start.others]
+        core = multiply_all(X, [factor.T for factor in factors])
+        return Iterated(core, factors, fit_of(X, start.energy, core, factors), 0, start.is_sure)
+    first, others, fit = start.best_first, start.others, 0.0
+    for iteration in range(1, max_iterations + 1):
+        if iteration > 1:
+            if is_impatient():  # Ctrl-C waits where a learner decomposes
+                raise KeyboardInterrupt
+            first = leading(project_last(X, others), first.shape[1]).vectors
+        core, others = _improve_others(X, first, others)
+        before, fit = fit, fit_of(X, start.energy, core, [first, *others])
+        if start.is_within(tol, fit) if iteration == 1 else abs(fit - before) < tol:
+            break
+    return Iterated(core, [first, *others], fit, iteration, start.is_sure)
+
+
+def _improve_others(X: Floats, first: Floats, others: Sequence[Floats]) -> tuple[Floats, list[Floats]]:
+    """Improve the factors of all modes but the first, given that one, and return the core with them."""
+    factor, improved = first, []
+    core, n_columns = X, 1  # projected on the factors improved so far, whose columns come first, the latest foremost
+    for mode, size in enumerate(X.shape):
+        if mode:
+            of_rows = core.reshape(n_columns, *X.shape[mode:])
+            factor = leading(project_last(of_rows, others[mode:]), others[mode - 1].shape[1]).vectors
+            improved.append(factor)
+        rows = core.reshape(n_columns, size, -1).swapaxes(0, 1).reshape(size, -1)
+        core, n_columns = factor.T @ rows, n_columns * factor.shape[1]
+    return core.reshape([U.shape[1] for U in (*reversed(improved), first)]).T, improved
