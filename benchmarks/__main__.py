@@ -5,7 +5,7 @@ import sys
 
 from benchmarks.timing import table
 
-BENCHMARKS = ("steps", "kernels", "traces", "toy_text", "decomposition", "stepping", "experiment")
+BENCHMARKS = ("steps", "kernels", "traces", "toy_text", "decomposition", "windows", "stepping", "experiment")
 
 if __name__ == "__main__":
     unknown = set(sys.argv[1:]) - set(BENCHMARKS)

@@ -25,7 +25,8 @@ class Snapshots:
         self._n_agents, self._n_episodes = n_agents, n_episodes
         n_states, n_actions = initial_q.shape
         self._position = np.full(n_states, -1, dtype=np.int64)  # of each state on the tensor's state axis
-        self.states: IntArray = np.zeros(0, dtype=np.int64)  # (V,) the touched states, in that order
+        self._touched = np.empty(n_states, dtype=np.int64)  # room for the states in that order
+        self.states: IntArray = self._touched[:0]  # (V,) the touched states, in that order
         self.changed: IntArray = np.zeros(0, dtype=np.int64)  # (C,) those that changed in the latest tensor's window
         self._base: FloatArray = np.zeros((0, n_actions, n_agents))  # their rows when the window began
 
@@ -44,16 +45,19 @@ class Snapshots:
             A power of two by which the tables are multiplied, so that rows that stand for many stay finite.
         """
         self._add_states(logs)
-        changed = np.unique(np.concatenate([self._position[log.state[: log.cursor[ENTRIES]]] for log in logs]))
-        fixed = np.concatenate([self._still_rows(changed, unit), self._untouched_rows(unit)])
-        self.changed = self.states[changed]
-        tensor = np.empty((changed.size + len(fixed), *self._base.shape[1:2], self._n_episodes, self._n_agents))
-        tensor[: changed.size] = self._base[changed][:, :, None, :]
-        tensor[changed.size :] = fixed[:, :, None, :]
-        place = np.empty(self.states.size, dtype=np.int64)
+        place = np.full(self.states.size, -1, dtype=np.int64)
+        for log in logs:
+            _mark_changed(place, self._position, log)
+        changed = np.flatnonzero(place >= 0)
         place[changed] = np.arange(changed.size)
+        self.changed = self.states[changed]
+        fixed = np.concatenate([self._still_rows(place, unit), self._untouched_rows(unit)])
+        tensor = np.empty((changed.size + len(fixed), *self._base.shape[1:2], self._n_episodes, self._n_agents))
+        tensor[changed.size :] = fixed[:, :, None, :]
+        latest = np.empty((changed.size, self._n_episodes), dtype=np.int64)
         for agent, log in enumerate(logs):
-            _apply(tensor, agent, self._position, place, log)
+            _find_latest(latest, self._position, place, log)
+            _write_changed(tensor, agent, self._base, changed, latest, log)
         if unit != 1.0:
             tensor[: changed.size] *= unit
         return tensor
@@ -61,7 +65,7 @@ class Snapshots:
     def restart(self, logs: tuple[ChangeLog, ...], q: FloatArray) -> None:
         """Begin the next window with the (N, S, A) tables as they are now."""
         self._add_states(logs)
-        self._base = np.ascontiguousarray(np.moveaxis(q[:, self.states], 0, 2))
+        _copy_rows(self._base, q, self.states)
         for log in logs:
             restart_log(log)
 
@@ -85,26 +89,26 @@ class Snapshots:
 
     def restore(self, arrays: dict[str, np.ndarray]) -> None:
         """Go on from what `saved` or `read` returned."""
-        self.states, self._base = arrays["states"], arrays["base"]
-        self._position[self.states] = np.arange(self.states.size)
+        states, self._base = arrays["states"], arrays["base"]
+        self.states = self._touched[: states.size]
+        self.states[:] = states
+        self._position[states] = np.arange(states.size)
 
     def _add_states(self, logs: tuple[ChangeLog, ...]) -> None:
-        logged = np.concatenate([log.state[: log.cursor[ENTRIES]] for log in logs])
-        new = logged[self._position[logged] < 0]
-        if new.size == 0:
-            return
-        unique, first = np.unique(new, return_index=True)
-        new = unique[np.argsort(first)]
-        self._position[new] = np.arange(self.states.size, self.states.size + new.size)
-        self.states = np.concatenate([self.states, new])
-        rows = np.repeat(self._initial_q[new][:, :, None], self._n_agents, axis=2)
-        self._base = np.concatenate([self._base, rows])
+        n_before = n_touched = self.states.size
+        for log in logs:
+            n_touched = _add_touched(self._touched, n_touched, self._position, log)
+        if n_touched > n_before:
+            self.states = self._touched[:n_touched]
+            rows = np.repeat(self._initial_q[self.states[n_before:]][:, :, None], self._n_agents, axis=2)
+            self._base = np.concatenate([self._base, rows])
 
-    def _still_rows(self, changed: IntArray, unit: float) -> FloatArray:
+    def _still_rows(self, place: IntArray, unit: float) -> FloatArray:
         """Return what stands for the touched rows that did not change in the window: (at most A x N, A, N)."""
-        still = np.ones(self.states.size, dtype=np.bool_)
-        still[changed] = False
-        return _equivalent_rows(self._base[still] * unit)
+        rows = self._base[place < 0]
+        if self._n_agents > 1 and (rows == rows[:, :, :1]).all():  # as after a window that has shared all tables
+            return np.repeat(_equivalent_rows(rows[:, :, 0] * unit)[:, :, None], self._n_agents, axis=2)
+        return _equivalent_rows(rows * unit)
 
     def _untouched_rows(self, unit: float) -> FloatArray:
         """Return what stands for the rows that nobody ever touched: (at most A, A, N)."""
@@ -131,29 +135,94 @@ def _equivalent_rows(rows: FloatArray) -> FloatArray:
 
 
 @kernel
-def _apply(tensor: FloatArray, agent: int, position: IntArray, place: IntArray, log: ChangeLog) -> None:
-    """Write an agent's changes into the tensor, each from its episode to the window's end.
+def _add_touched(touched: IntArray, n: int, position: IntArray, log: ChangeLog) -> int:
+    """Put the states of a log that are new behind the first `n`; return how many there are then.
+
+    Parameters
+    ----------
+    touched : (S,) int64
+        The states that were ever touched, in that order.
+    n : int
+    position : (S,) int64
+        The place of each state in `touched`, -1 of those that are not there; changed with it.
+    log : ChangeLog
+    """
+    for entry in range(log.cursor[ENTRIES]):
+        state = log.state[entry]
+        if position[state] < 0:
+            position[state], touched[n] = n, state
+            n += 1
+    return n
+
+
+@kernel
+def _mark_changed(place: IntArray, position: IntArray, log: ChangeLog) -> None:
+    """Set `place`, (V,) int64, to 0 for those of the touched states that a log has; `position` is (S,) int64."""
+    for entry in range(log.cursor[ENTRIES]):
+        place[position[log.state[entry]]] = 0
+
+
+@kernel
+def _find_latest(latest: IntArray, position: IntArray, place: IntArray, log: ChangeLog) -> None:
+    """Find which entry of a log holds a row after each episode.
+
+    Parameters
+    ----------
+    latest : (C, E) int64
+        Changed: for each row that changed and each episode, the entry, -1 where the row was still as at the beginning.
+    position, place : (S,) int64, (V,) int64
+        Of each state among those that were ever touched, and of each of these among the C rows.
+    log : ChangeLog
+    """
+    for row in range(latest.shape[0]):
+        for episode in range(latest.shape[1]):
+            latest[row, episode] = -1
+    entry = 0
+    for episode in range(latest.shape[1]):
+        while entry < log.end[episode]:
+            latest[place[position[log.state[entry]]], episode] = entry
+            entry += 1
+    for row in range(latest.shape[0]):
+        for episode in range(1, latest.shape[1]):
+            if latest[row, episode] < 0:
+                latest[row, episode] = latest[row, episode - 1]
+
+
+@kernel
+def _write_changed(
+    tensor: FloatArray, agent: int, base: FloatArray, changed: IntArray, latest: IntArray, log: ChangeLog
+) -> None:
+    """Write the rows that changed into an agent's part of the tensor.
 
     Parameters
     ----------
     tensor : (R, A, E, N) float64
-        R rows that stand for states, A actions, E episodes, N agents; changed in place.
+        Its first C rows are changed.
     agent : int
-    position : (S,) int64
-        Of each state among those that were ever touched.
-    place : (T,) int64
-        Of each of these T states among the R rows.
+    base : (V, A, N) float64
+        The touched states' rows when the window began.
+    changed : (C,) int64
+        Which of them the C rows are.
+    latest : (C, E) int64
+        As of `_find_latest`.
     log : ChangeLog
         The agent's.
     """
-    entry = 0
-    for episode in range(tensor.shape[2]):
-        while entry < log.end[episode]:
-            row = place[position[log.state[entry]]]
-            for action in range(tensor.shape[1]):
-                for later in range(episode, tensor.shape[2]):
-                    tensor[row, action, later, agent] = log.row[entry, action]
-            entry += 1
+    for row in range(latest.shape[0]):
+        for action in range(tensor.shape[1]):
+            before = base[changed[row], action, agent]
+            for episode in range(tensor.shape[2]):
+                entry = latest[row, episode]
+                tensor[row, action, episode, agent] = log.row[entry, action] if entry >= 0 else before
+
+
+@kernel
+def _copy_rows(base: FloatArray, q: FloatArray, states: IntArray) -> None:
+    """Copy the rows of `states`, (V,) int64, from the tables `q`, (N, S, A), to `base`, (V, A, N)."""
+    for row in range(states.size):
+        for action in range(base.shape[1]):
+            for agent in range(base.shape[2]):
+                base[row, action, agent] = q[agent, states[row], action]
 
 
 def one_number(table: FloatArray) -> float | None:

@@ -5,15 +5,14 @@ decomposition gives an action factor A_p, whose row norms scale the learning rat
 Ag_p, whose row norms say whose table all agents go on with (Figures 5, 7 and 8).
 """
 
-import functools
-import threading
+import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.linalg  # noqa: F401  # its BLAS must be loaded before it can be limited
-from threadpoolctl import ThreadpoolController
 
 from tuckerl.checks import check_function, check_int, check_name, check_real, check_sequence
 from tuckerl.errors import (
@@ -26,6 +25,7 @@ from tuckerl.errors import (
 )
 from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.generalization.loadings import Loadings, loadings_of, read_loadings
+from tuckerl.generalization.one_thread import ONE_THREAD
 from tuckerl.generalization.sharing import (
     SHARING_RULES,
     ShareContext,
@@ -36,7 +36,7 @@ from tuckerl.generalization.sharing import (
 )
 from tuckerl.generalization.snapshots import Snapshots
 from tuckerl.generalization.step_history import TensorStepHistory, empty_history
-from tuckerl.generalization.weights import WEIGHTINGS, WeightFunction, Weighting, custom_weighting
+from tuckerl.generalization.weights import WEIGHTINGS, WeightFunction, Weighting, custom_weighting, row_norms
 from tuckerl.rng import child
 from tuckerl.saved_arrays import ANY_LENGTH, SavedArrays, grouped
 from tuckerl.tensor import TuckerDecomposition, decompose
@@ -122,34 +122,6 @@ class TensorStep:
         return self.weighting.needs_decomposition or self.sharing.needs_decomposition
 
 
-@functools.cache
-def _blas() -> ThreadpoolController:
-    """Return what limits the threads of BLAS; looking for its libraries takes longer than a small decomposition."""
-    return ThreadpoolController()
-
-
-class _OneThread:
-    """A block in which BLAS has one thread: until the last of the learners that need it, each in its own, has left."""
-
-    def __init__(self) -> None:
-        self._lock, self._n_inside, self._limit = threading.Lock(), 0, None
-
-    def __enter__(self) -> None:
-        with self._lock:
-            if self._n_inside == 0:
-                self._limit = _blas().limit(limits=1)
-            self._n_inside += 1
-
-    def __exit__(self, *error: object) -> None:
-        with self._lock:
-            self._n_inside -= 1
-            if self._n_inside == 0 and self._limit is not None:
-                self._limit.restore_original_limits()
-
-
-_ONE_THREAD = _OneThread()
-
-
 class TensorStepResult(NamedTuple):
     """What a learner has to do after a window."""
 
@@ -178,8 +150,7 @@ class TensorStepState:
         self._sequence = sequence
         self._warned: set[type[Warning]] = set()
         self._history: list[tuple[int, FloatArray, int, float, tuple[int, ...]]] = []
-        self.loadings: Loadings | None = None
-        """The factors of the latest window that was decomposed."""
+        self._loadings: Loadings | Callable[[], Loadings] | None = None
         self.seconds = 0.0
         """Processor time of this thread in `close_window` so far."""
 
@@ -209,12 +180,12 @@ class TensorStepState:
         if weigh.draws or sharing.draws:
             rng = np.random.default_rng(child(self._sequence, _STREAM, episode // self.step.every))
         if self.step.needs_decomposition:
-            tensor = self._tables(logs)
-            if not np.isfinite(tensor).all():
+            tensor, largest = self._tables(logs)
+            if not math.isfinite(largest):
                 return TensorStepResult(weights, None, finite=False)
             ranks = _NO_RANKS
             try:
-                decomposition = self._decompose(tensor)
+                decomposition = self._decompose(tensor) if largest > 0.0 else None  # nothing was learned yet
             except DecompositionError as error:
                 ranks = _FAILED
                 self._warn(DecompositionWarning, _NOT_DECOMPOSED.format(error))
@@ -223,7 +194,7 @@ class TensorStepState:
                     weights = np.maximum(weigh.weigh(None, self._n_actions, rng), self.step.floor)
                 self._remember(episode, weights, None, fit=np.nan, ranks=ranks)
                 return TensorStepResult(weights, None, finite=True)
-            self.loadings = loadings_of(decomposition, self.snapshots.changed, episode)
+            self._loadings = partial(loadings_of, decomposition, self.snapshots.changed, episode)
             if decomposition.ranks != self.step.ranks:
                 self._warn(
                     RankWarning,
@@ -237,26 +208,33 @@ class TensorStepState:
                 f"the weight of action {int(np.argmin(weights))} is 0, so it does not learn in the next window (the "
                 "paper's weight is 0 where an action's column was zero in every table); a floor above 0 keeps it alive",
             )
-        norms = np.ones(self._n_agents) if decomposition is None else np.linalg.norm(decomposition.factors[3], axis=1)
+        norms = np.ones(self._n_agents) if decomposition is None else row_norms(decomposition.factors[3])
         mixture = sharing.mix(ShareContext(norms, returns, rng))
         fit, ranks = (np.nan, _NO_RANKS) if decomposition is None else (decomposition.fit, decomposition.ranks)
         self._remember(episode, weights, mixture, fit=fit, ranks=ranks)
         return TensorStepResult(weights, mixture, finite=True)
 
-    def _tables(self, logs: tuple[ChangeLog, ...]) -> FloatArray:
-        """Return the window's tables; where they are near the largest float, in units of its power of two."""
+    def _tables(self, logs: tuple[ChangeLog, ...]) -> tuple[FloatArray, float]:
+        """Return the window's tables and their largest magnitude; where that is huge, in units of its power of two."""
         with np.errstate(over="ignore", invalid="ignore"):
             tensor = self.snapshots.tensor(logs)
-            is_huge = not max(tensor.max(initial=0.0), -tensor.min(initial=0.0)) < _HUGE
-            return self.snapshots.tensor(logs, _UNIT) if is_huge else tensor
+            largest = max(tensor.max(initial=0.0), -tensor.min(initial=0.0))
+            if largest < _HUGE:
+                return tensor, float(largest)
+            tensor = self.snapshots.tensor(logs, _UNIT)
+        return tensor, float(np.abs(tensor).max())
 
-    def _decompose(self, tensor: FloatArray) -> TuckerDecomposition | None:
-        """Return the decomposition of a window's tables; None for zeros, from which nothing was learned yet."""
-        if not tensor.any():
-            return None
-        # One thread: the order of additions, and with it every bit, does not depend on how many there are.
-        with _ONE_THREAD:
+    def _decompose(self, tensor: FloatArray) -> TuckerDecomposition:
+        with ONE_THREAD:
             return decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
+
+    @property
+    def loadings(self) -> Loadings | None:
+        """The factors of the latest window that was decomposed, made when somebody reads them."""
+        if callable(self._loadings):
+            with ONE_THREAD:
+                self._loadings = self._loadings()
+        return self._loadings
 
     @property
     def n_windows(self) -> int:
@@ -315,7 +293,7 @@ class TensorStepState:
     def restore(self, held: "HeldStep") -> None:
         """Go on from what `read` returned."""
         self.snapshots.restore(held.snapshots)
-        self.loadings = held.loadings
+        self._loadings = held.loadings
         self._history = [
             (int(episode), weights, int(chosen), float(fit), tuple(int(rank) for rank in ranks))
             for episode, weights, chosen, fit, ranks in zip(*held.history, strict=True)

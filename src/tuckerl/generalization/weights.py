@@ -4,6 +4,7 @@ A weighting takes the decomposition of the window's tables and returns (A,) weig
 with a function and list that in `WEIGHTINGS`: ``Weighting("tuckerl.generalization.file:function", ...)``.
 """
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -76,8 +77,18 @@ def action_weights(action_factor: ArrayLike) -> FloatArray:
     if factor.ndim != 2 or not np.isfinite(factor).all() or not factor.any():
         raise ParameterError(f"action_factor must be {expected}; got shape {factor.shape}")
     # By a power of two, which changes no bit of the result: squares of the largest numbers are out of range.
-    norms: FloatArray = np.linalg.norm(np.ldexp(factor, -np.frexp(np.abs(factor).max())[1]), axis=1)
-    return norms / np.linalg.norm(norms)
+    return _omega(np.ldexp(factor, -np.frexp(np.abs(factor).max())[1]))
+
+
+def _omega(factor: FloatArray) -> FloatArray:
+    norms: FloatArray = row_norms(factor)
+    return norms / math.sqrt(float(norms @ norms))
+
+
+def row_norms(factor: FloatArray) -> FloatArray:
+    """Return the norms of a matrix's rows, whose squares are in the range of floats: (n, r) becomes (n,)."""
+    norms: FloatArray = np.sqrt(np.einsum("ij,ij->i", factor, factor))
+    return norms
 
 
 def _decomposed(decomposition: TuckerDecomposition | None) -> TuckerDecomposition:
@@ -87,7 +98,7 @@ def _decomposed(decomposition: TuckerDecomposition | None) -> TuckerDecompositio
 
 
 def _paper(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
-    weights = action_weights(_decomposed(decomposition).factors[1])
+    weights = _omega(_decomposed(decomposition).factors[1])
     # What is zero up to rounding is an action without a single value in any table: it must read as zero everywhere.
     return np.where(weights < 1e-12, 0.0, weights)
 
