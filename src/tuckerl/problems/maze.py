@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl.checks import NO_ARRAY, check_int, check_name, check_real, check_sequence, refuse_mask
+from tuckerl.checks import NO_ARRAY, check_int, check_name, check_real, check_sequence, refuse_mask, shown
 from tuckerl.errors import MazeError, ParameterTypeError
 from tuckerl.memory import Part, check_memory
 from tuckerl.problems.immutable import Immutable
@@ -238,5 +238,5 @@ def _check_cell(name: str, cell: object, shape: tuple[int, ...]) -> Cell:
     pair = check_sequence(name, cell, "a pair (row, column)", 2)
     row, column = (check_int(f"{name}'s {part}", value) for part, value in zip(("row", "column"), pair, strict=True))
     if not (0 <= row < shape[0] and 0 <= column < shape[1]):
-        raise MazeError(f"{name} must lie inside the {shape[0]} x {shape[1]} maze; got ({row}, {column})")
+        raise MazeError(f"{name} must lie inside the {shape[0]} x {shape[1]} maze; got ({shown(row)}, {shown(column)})")
     return row, column
