@@ -104,6 +104,8 @@ WRONG: dict[str, tuple[Callable[[Any], Any], list[Any], str]] = {
     "action_weights": (tuckerl.action_weights, ["x", [[1], [1, 2]], [[1j]], None], "action_factor must be an"),
     "Maze.state": (MAZE.state, [0.5, (1,), (9, 9), "ab"], "cell('s row)? must"),
     "Maze.cell": (MAZE.cell, [-1, 54, 0.5, "a", np.ma.masked], "state must be a whole number from 0 to 53"),
+    "learn": (lambda v: learner().learn(v, steps=v), [HUGE], "either episodes or steps; got about 10"),
+    "a huge layout": (lambda v: of_table(layout=v), [(HUGE, 1)], "layout must be .*got .about 10"),
     "start": (lambda v: tuckerl.Maze(np.zeros((2, 2), bool), v, (1, 1)), [(HUGE, 0), (0, HUGE)], "got .*about 10"),
     "walls": (lambda v: tuckerl.Maze(v, (0, 0), (1, 1)), [range(10**18), [[1], [1, 2]]], "walls must be"),
     "unfold": (lambda v: tuckerl.unfold(v, 0), [3, None, [[1], [1, 2]]], "(X|a tensor) must"),

@@ -82,8 +82,8 @@ def test_steps_go_on_through_a_file(step: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({}, ParameterError, r"either episodes or steps; got episodes=None and steps=None"),
-        ({"episodes": 1, "steps": 1}, ParameterError, r"either episodes or steps; got episodes=1 and steps=1"),
+        ({}, ParameterError, r"either episodes or steps; got None and None"),
+        ({"episodes": 1, "steps": 1}, ParameterError, r"either episodes or steps; got 1 and 1"),
         ({"steps": 0}, ParameterError, "steps must be a whole number of at least 1; got 0"),
         ({"steps": 2.0}, ParameterTypeError, "steps must be .* got 2.0 of type float"),
         ({"episodes": 0}, ParameterError, "episodes must be a whole number of at least 1; got 0"),

@@ -93,7 +93,7 @@ def check_layout(layout: Layout | None, n_states: int) -> Layout | None:
     sizes = check_sequence("layout", layout, "(rows, columns)", 2)
     rows, columns = (check_int("each of layout", size, 1) for size in sizes)
     if rows * columns != n_states:
-        raise ProblemError(f"layout must be (rows, columns) of {n_states} cells; got {layout}")
+        raise ProblemError(f"layout must be (rows, columns) of {n_states} cells; got ({shown(rows)}, {shown(columns)})")
     return rows, columns
 
 

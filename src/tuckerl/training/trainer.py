@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from tuckerl.checks import check_int
+from tuckerl.checks import check_int, shown
 from tuckerl.errors import ParameterError, StepCapWarning, warn
 from tuckerl.generalization.step import TensorStepState
 from tuckerl.interrupts import interrupts_held_back, is_waiting
@@ -70,7 +70,7 @@ class Trainer:
         """Return the numbers of episodes and of the first agent's steps at which learning ends."""
         history = self._state.history
         if (episodes is None) == (steps is None):
-            raise ParameterError(f"learn() takes either episodes or steps; got episodes={episodes} and steps={steps}")
+            raise ParameterError(f"learn() takes either episodes or steps; got {shown(episodes)} and {shown(steps)}")
         if episodes is not None:
             goal = history.episodes + (episodes := check_int("episodes", episodes, 1))
             if goal > history.capacity:  # to ask what is free takes longer than a short episode
