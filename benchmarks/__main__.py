@@ -5,7 +5,18 @@ import sys
 
 from benchmarks.timing import table
 
-BENCHMARKS = ("steps", "kernels", "traces", "toy_text", "decomposition", "windows", "stepping", "experiment")
+BENCHMARKS = (
+    "steps",
+    "parts",
+    "kernels",
+    "traces",
+    "toy_text",
+    "decomposition",
+    "windows",
+    "stepping",
+    "first_result",
+    "experiment",
+)
 
 if __name__ == "__main__":
     unknown = set(sys.argv[1:]) - set(BENCHMARKS)
