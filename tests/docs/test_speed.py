@@ -1,0 +1,20 @@
+"""The numbers on the page about speed are those that were measured."""
+
+import json
+
+import pytest
+from docs.pictures import speed
+
+
+@pytest.mark.parametrize("name", list(speed.TABLES))
+def test_the_tables_are_made_of_what_was_measured(name: str) -> None:
+    written = speed.table_pattern(name).search(speed.PAGE.read_text("utf-8"))
+    assert written is not None
+    measured = json.loads(speed.MEASURED.read_text("utf-8"))
+    assert written[1].strip() == speed.TABLES[name](measured[name]), "run python -m docs.pictures.speed --draw"
+
+
+def test_a_size_is_told_by_its_rows() -> None:
+    measured = {f"2 x 3: {part}": 1e-9 for part in speed.STEP_PARTS} | {f"2 x 3: {speed.WHOLE}": 9e-9}
+    assert speed.sizes(measured) == ["2 x 3"]
+    assert speed.step_table(measured).splitlines()[-2:] == ["| the whole step | 9.0 |", "| of it waiting | 4.0 |"]
