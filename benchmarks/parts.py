@@ -1,8 +1,8 @@
-"""Where a step of Q-learning spends its time: each part alone, on independent states, and the whole.
+"""Where a step of Q-learning spends its time: each part alone, on the states of its paths, and the whole.
 
-The parts' sum is what the processor has to do. What the whole takes beyond it is waiting: the next state is known only
-when a row was read, its largest entry found and the outcome looked up, and none of these can begin before the one
-before it has ended.
+Alone, a part need not wait for the one before it: the states are known. The parts' sum is what has to be done. What the
+whole takes beyond it is waiting: the next state is known only when a row was read, its largest entry found and the
+outcome looked up, and none of these can begin before the one before it has ended.
 """
 
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.steps import SIZES, STEPS, random_table
+from benchmarks.steps import SIZES, random_table
 from benchmarks.timing import Row, seconds
 from tuckerl import QLearning
 from tuckerl._jit import kernel
@@ -24,7 +24,7 @@ from tuckerl.training.loop import play
 from tuckerl.training.policies.greedy import GreedyArrays
 from tuckerl.types import StateArray
 
-EPISODES, REPEATS = 1000, 15
+EPISODES, PATHS, REPEATS = 1000, 100, 15
 
 
 def rows() -> list[Row]:
@@ -33,17 +33,16 @@ def rows() -> list[Row]:
 
 
 def _rows(n_states: int, n_actions: int) -> list[Row]:
-    problem, rng = random_table(n_states, n_actions), np.random.default_rng(0)
-    learner = QLearning(problem, alpha=0.1, gamma=0.95, epsilon=0.1, seed=0).learn(EPISODES)
-    (world, agent), n = _arguments(learner), EPISODES * STEPS
-    states = rng.integers(n_states, size=n).astype(np.uint32)
-    actions = rng.integers(n_actions, size=n).astype(np.uint32)
+    learner = QLearning(random_table(n_states, n_actions), alpha=0.1, gamma=0.95, epsilon=0.1, seed=0).learn(EPISODES)
+    paths = [learner.learn(1).trajectories[0][:-1] for _ in range(PATHS)]
+    (world, agent), states = _arguments(learner), np.tile(np.concatenate(paths), EPISODES // PATHS).astype(np.uint32)
+    actions, next_states, n = learner.q[0].argmax(axis=1)[states].astype(np.uint32), np.roll(states, -1), states.size
     greedy = agent._replace(policy=GreedyArrays())
     parts: dict[str, Callable[[], object]] = {
         "a random number": lambda: _draw(agent, n),
         "the greedy action": lambda: _choose(greedy, states),
         "the outcome": lambda: _look_up(world, agent, states, actions),
-        "the update": lambda: _update(agent, states, actions, states[::-1].copy()),
+        "the update": lambda: _update(agent, states, actions, next_states),
         "path and Ctrl-C": lambda: _record(agent, states),
         "the whole step": lambda: learner.learn(EPISODES),
     }
