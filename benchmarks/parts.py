@@ -24,7 +24,7 @@ from tuckerl.training.loop import play
 from tuckerl.training.policies.greedy import GreedyArrays
 from tuckerl.types import StateArray
 
-EPISODES, PATHS, REPEATS = 1000, 100, 15
+EPISODES, PATHS, REPEATS = 1000, 100, 100
 
 
 def rows() -> list[Row]:
