@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup reproduce test test-long mutants check format bench docs lock clean
+.PHONY: help setup reproduce test test-long mutants check format bench guard docs lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -41,6 +41,9 @@ format: setup ## format the code and fix what the linter can
 
 bench: setup ## run the benchmarks beside their peers
 	$(BIN)/python -m benchmarks
+
+guard: setup ## say which kernels have lost against the same loops in C
+	$(BIN)/python -m benchmarks.guard
 
 docs: setup ## build the documentation site into docs/_build
 	@test -x $(BIN)/sphinx-build || $(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes \
