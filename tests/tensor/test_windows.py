@@ -112,7 +112,7 @@ def test_on_which_side_of_a_limit_the_starts_fit_lies(seed: int) -> None:
     shape, ranks = ((80, 5, 6, 3), (6, 2, 3, 1)) if seed % 2 else ((40, 6, 7), (25, 4, 5))
     X = rng.standard_normal(shape) * np.geomspace(1.0, 1e-3, shape[0]).reshape(-1, *[1] * (len(shape) - 1))
     start = Start(X, ranks)
-    own = start._fit_by(start.first)
+    own = start.fit
     for gain in (1e-6, 1e-4, 1e-2, 0.1):
         for tol in gain * np.array([0.0, 0.5, 0.99, 1.01, 2.0]):
             assert start.is_within(float(tol), own + gain) == (gain < tol), (gain, tol)

@@ -48,7 +48,7 @@ def iterate(X: Floats, ranks: Ranks, tol: float, max_iterations: int) -> Iterate
     if max_iterations == 0:
         factors = [start.first, *start.others]
         core = multiply_all(X, [factor.T for factor in factors])
-        return Iterated(core, factors, fit_of(X, start.energy, core, factors), 0, start.is_sure)
+        return Iterated(core, factors, start.fit, 0, start.is_sure)
     first, others, fit = start.best_first, start.others, 0.0
     for iteration in range(1, max_iterations + 1):
         if iteration > 1:
