@@ -244,3 +244,11 @@ def test_a_long_tensor_takes_little_memory(mode: int) -> None:
     finally:
         tracemalloc.stop()
     assert X.nbytes < peak < 3 * X.nbytes
+
+
+def test_what_is_changed_afterwards_changes_no_factor() -> None:
+    X = np.random.default_rng(0).normal(size=(60, 3, 4, 2))
+    expected = tucker(X.copy(), (5, 2, 3, 2)).factors[0].copy()
+    found = tucker(X, (5, 2, 3, 2))
+    X[:] = 0.0
+    np.testing.assert_array_equal(found.factors[0], expected)

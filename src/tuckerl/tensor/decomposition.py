@@ -193,7 +193,8 @@ def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations
             "at most its mode's size, its mode's numerical rank and the product of the other ranks; ask for less",
             RankWarning,
         )
-    return result
+    # Made now: the array is the caller's, who may go on to change it.
+    return TuckerDecomposition(result.core, tuple(result.factors), result.fit, result.iterations)
 
 
 def decompose(X: Floats, ranks: Ranks, tol: float = 1e-4, max_iterations: int = 50) -> TuckerDecomposition:
