@@ -1,6 +1,6 @@
 """What a window costs: the step whole on real windows of the paper's three problems, and what Python does around one.
 
-``python -m benchmarks windows`` times the present tree, beside TensorLy where it is installed. Two versions are
+``python -m benchmarks windows`` times the present tree, and TensorLy beside it. Two versions are
 compared by ``python -m benchmarks.versions speed``.
 """
 
@@ -106,7 +106,7 @@ def _beside_tensorly(what: str, n_agents: int) -> Row:
         tables = np.stack([np.moveaxis(learner.learn(1).q, 0, 2) for _ in range(10)], axis=2)
     ranks = tuple(learner.tensor_step_history.ranks[-1].tolist())
     return compare(
-        f"{what}: decomposition",
+        f"{what}: one decomposition",
         "window",
         lambda: decompose(seen[-1], ranks),
         "TensorLy, all states",

@@ -21,8 +21,10 @@ from numba.core.errors import NumbaError as NumbaError
 from numba.core.event import Listener, install_listener
 from numba.extending import intrinsic
 
-from tuckerl._kernel_cache import is_ours, kept_code
+from tuckerl._kernel_cache import is_ours as is_ours  # _kernel_cache and _kernel_compiler are for this file alone
+from tuckerl._kernel_cache import kept_code
 from tuckerl._kernel_compiler import Kernel
+from tuckerl._kernel_compiler import passed_whole as passed_whole
 from tuckerl.checks import check_python_function
 from tuckerl.errors import SimulatorError
 

@@ -40,6 +40,9 @@ def kept_code(function: Callable[..., Any]) -> Any:
         config.CACHE_DIR = folder  # type: ignore[attr-defined]
         try:
             return _KernelCache(function)
+        except RuntimeError:  # the folder was there when it was looked for
+            _warn_once(f"{folder} cannot be written")
+            return _NullCache()
         finally:
             config.CACHE_DIR = before  # type: ignore[attr-defined]
 
@@ -113,8 +116,8 @@ class _KernelCache(_FunctionCache):  # type: ignore[misc]  # Numba has no types
             return
         try:
             super().save_overload(sig, data)
-        except OSError as error:
-            _warn_once(f"{self.cache_path} cannot be written: {error.strerror}")
+        except Exception as error:  # noqa: BLE001  # the index is read again, and may be damaged
+            _warn_once(f"{self.cache_path} cannot be written: {getattr(error, 'strerror', None) or repr(error)}")
 
 
 _warned: list[str] = []

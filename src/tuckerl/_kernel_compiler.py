@@ -137,7 +137,8 @@ def passed_whole(arrays: _Arrays) -> _Arrays:
     """Let kernels hand on a NamedTuple of many numbers and arrays as one argument: a decorator of its class."""
 
     def typeof(value: Any, context: Any) -> Any:
-        return _WholeTuple([_typeof(member, context) for member in value], arrays)
+        members = [_typeof(member, context) for member in value]
+        return None if None in members else _WholeTuple(members, arrays)  # None: Numba knows no type for it
 
     _typeof.register(arrays)(typeof)
     return arrays

@@ -7,6 +7,8 @@ import pytest
 
 from tuckerl import TensorStep
 from tuckerl.errors import ParameterError, ParameterTypeError, TuckerlError, UnknownNameError
+from tuckerl.generalization.loadings import Loadings
+from tuckerl.generalization.step import TensorStepState
 
 RIGHT: dict[str, Any] = {"every": 10, "ranks": (15, 3, 9, 1)}
 
@@ -63,3 +65,16 @@ def test_ranks_may_be_any_sequence(ranks: Any) -> None:
 )
 def test_tables_are_decomposed_only_where_something_reads_the_factors(weights: Any, share: Any, needed: bool) -> None:
     assert TensorStep(**RIGHT, weights=weights, share=share).needs_decomposition is needed
+
+
+def test_loadings_that_are_made_while_a_window_closes_take_no_newer_ones_place() -> None:
+    state = TensorStepState(TensorStep(every=1, ranks=(1, 1, 1, 1)), np.zeros((2, 2)), 1, np.random.SeedSequence(0))
+    older, newer = (Loadings(np.arange(1), (), np.zeros((1, 1, 1, 1)), episode) for episode in (1, 2))
+
+    def make() -> Loadings:
+        state._loadings = newer  # as another thread does that closes a window
+        return older
+
+    state._loadings = make
+    assert state.loadings is older, "of the window that was the latest"
+    assert state.loadings is newer

@@ -197,3 +197,23 @@ def test_code_that_another_process_put_in_the_place_of_ours_is_not_used(tmp_path
     (ours,), (theirs,) = (list(folder.glob("*/**/*below*.nbc")) for folder in (cache, elsewhere))
     ours.write_bytes(theirs.read_bytes())  # both were the first of their index
     assert run(OTHER.format(kind="int64"), cache).stdout == results[0], "compiled again"
+
+
+DAMAGED_AND_FULL = """
+import numba.core.caching as caching
+
+def full(self, overloads):
+    raise OSError(28, "No space left on device")
+
+caching.IndexDataCacheFile._save_index = full
+"""
+
+
+@pytest.mark.compiled
+def test_a_damaged_index_on_a_full_disk_is_said_once_and_all_goes_on(tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    run(PROGRAM, cache)
+    (index,) = cache.glob("*/**/*below*.nbi")
+    index.write_bytes(b"nothing that was ever written")
+    done = run(DAMAGED_AND_FULL + PROGRAM, cache)
+    assert (done.stdout.strip(), done.stderr.count("KernelCacheWarning")) == ("0", 1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tensor.examples import Floats
-from tuckerl.tensor import decompose, unfold
+from tuckerl.tensor import decompose, tucker, unfold
 from tuckerl.tensor.ranks import Ranks, clip_ranks
 from tuckerl.tensor.start import Start
 
@@ -116,3 +116,11 @@ def test_on_which_side_of_a_limit_the_starts_fit_lies(seed: int) -> None:
     for gain in (1e-6, 1e-4, 1e-2, 0.1):
         for tol in gain * np.array([0.0, 0.5, 0.99, 1.01, 2.0]):
             assert start.is_within(float(tol), own + gain) == (gain < tol), (gain, tol)
+
+
+@pytest.mark.parametrize("tol", [1e-8, 1e-12])
+def test_a_start_that_is_exact_needs_one_sweep(tol: float) -> None:
+    rng = np.random.default_rng(4)
+    core, *factors = (rng.normal(size=shape) for shape in ((2, 2, 2), (8, 2), (7, 2), (6, 2)))
+    X = np.einsum("abc,ia,jb,kc", core, *factors)
+    assert tucker(X, (2, 2, 2), tol=tol).iterations == 1

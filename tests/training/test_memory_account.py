@@ -38,7 +38,7 @@ def test_the_account_is_what_a_learner_has(kind: type[Any]) -> None:
     undo = [log.stamp.nbytes + log.undo_state.nbytes + log.undo_row.nbytes for log in made.change_logs]
     assert parts["what is kept to undo an episode"] == sum(undo)
     assert parts["changes of a window"] == sum(log.state.nbytes + log.row.nbytes for log in made.change_logs)
-    assert parts["tensor of a window"] == 37 * 2 * 7 * 3 * 8
+    assert parts["tensors of a window and of the one before"] == 2 * 37 * 2 * 7 * 3 * 8
 
 
 def test_an_authors_array_is_counted_from_its_declaration() -> None:

@@ -12,7 +12,7 @@ from tuckerl import QLearning, Sarsa
 from tuckerl._jit import kernel
 from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.training.greedy_actions import greedy_action, greedy_value
-from tuckerl.training.row_maxima import ROW, WORTH_FOLLOWING, RowMaxima, change_value, maximum
+from tuckerl.training.row_maxima import ROW, WORTH_FOLLOWING, RowMaxima, change_value, largest_allowed, maximum
 from tuckerl.types import BoolArray, FloatArray
 
 N_STATES, N_ACTIONS = 2, 4
@@ -90,3 +90,9 @@ def test_a_promise_that_is_broken_reads_within_the_row(mask: BoolArray | None) -
     assert greedy_value(agent, 0) == 1.0
     q[:] = [[0.0, 1.0, 2.0, 3.0]]  # by other ways than change_value
     assert all(0 <= greedy_action(agent, 0) < 4 for _ in range(50))
+
+
+def test_an_action_that_may_not_be_taken_is_never_the_largest() -> None:
+    q, mask = np.array([[0.0, -np.inf, -np.inf]]), np.array([[False, True, True]])
+    largest, _, first, ties = largest_allowed(q, mask, 0)
+    assert (largest, first, ties) == (-np.inf, 1, 2)

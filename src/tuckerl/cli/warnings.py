@@ -10,6 +10,7 @@ import typer
 from tuckerl.errors import (
     DecompositionWarning,
     DivergenceWarning,
+    KernelCacheWarning,
     RankWarning,
     ResumeWarning,
     StepCapWarning,
@@ -23,6 +24,7 @@ OWN: tuple[type[Warning], ...] = (
     StepCapWarning,
     ResumeWarning,
     DivergenceWarning,
+    KernelCacheWarning,
 )
 
 

@@ -168,7 +168,8 @@ class TensorStepState:
             The window's undiscounted returns.
         """
         begun = time.thread_time()
-        result = self._result(episode, weights, logs, returns)
+        with ONE_THREAD:
+            result = self._result(episode, weights, logs, returns)
         self.seconds += time.thread_time() - begun
         return result
 
@@ -225,16 +226,19 @@ class TensorStepState:
         return tensor, float(np.abs(tensor).max())
 
     def _decompose(self, tensor: FloatArray) -> TuckerDecomposition:
-        with ONE_THREAD:
-            return decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
+        return decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
 
     @property
     def loadings(self) -> Loadings | None:
         """The factors of the latest window that was decomposed, made when somebody reads them."""
-        if callable(self._loadings):
-            with ONE_THREAD:
-                self._loadings = self._loadings()
-        return self._loadings
+        held = self._loadings
+        if not callable(held):
+            return held
+        with ONE_THREAD:
+            made = held()
+        if self._loadings is held:  # else another thread has closed a window meanwhile
+            self._loadings = made
+        return made
 
     @property
     def n_windows(self) -> int:

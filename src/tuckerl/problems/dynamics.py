@@ -7,8 +7,7 @@ made when a caller is compiled, so it costs nothing while it plays.
 from collections.abc import Callable
 from typing import Any
 
-from tuckerl._jit import ByKind, kernel, recompiled
-from tuckerl._kernel_cache import is_ours
+from tuckerl._jit import ByKind, is_ours, kernel, recompiled
 from tuckerl.checks import check_function
 from tuckerl.types import Stream
 
@@ -55,6 +54,11 @@ def _never_strays(world: WorldArrays, state: int, n_states: int) -> bool:
 def _is_in_range(world: WorldArrays, state: int, n_states: int) -> bool:
     """Return whether a state is a row of the table."""
     return 0 <= state < n_states
+
+
+def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a user's function as a kernel; ours, which is one, as it is."""
+    return function if is_ours(function) else recompiled(function)
 
 
 def _guarded_reset(reset: Callable[..., int]) -> Callable[..., int]:
@@ -172,7 +176,7 @@ def register_dynamics(
     check_function("must_return", must_return, "world")
     _RESET[arrays], _STEP[arrays] = _guarded_reset(reset), _guarded_step(step)
     _IS_POSSIBLE[arrays] = _never_strays if is_ours(arrays) else _is_in_range
-    _IS_OUT_OF_TIME[arrays], _MUST_RETURN[arrays] = is_out_of_time, must_return
+    _IS_OUT_OF_TIME[arrays], _MUST_RETURN[arrays] = _compiled(is_out_of_time), _compiled(must_return)
 
 
 def register_shared_dynamics(
@@ -198,5 +202,5 @@ def register_shared_dynamics(
     """
     check_function("step_together", step_together, "world, begin")
     check_function("must_return", must_return, "world")
-    _STEP_TOGETHER[arrays], _MUST_RETURN[arrays] = _guarded_step_together(step_together), must_return
+    _STEP_TOGETHER[arrays], _MUST_RETURN[arrays] = _guarded_step_together(step_together), _compiled(must_return)
     _IS_POSSIBLE[arrays] = _never_strays if is_ours(arrays) else _is_in_range

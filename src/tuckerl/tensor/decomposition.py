@@ -96,12 +96,12 @@ class _Factors(Sequence[Floats]):
     """Factors with their signs settled, each made when it is first read."""
 
     def __init__(self, makers: Sequence[Callable[[], Floats]]) -> None:
-        self._makers = makers
+        self._makers, self._n = dict(enumerate(makers)), len(makers)
         self._made: dict[int, Floats] = {}
         self.signs: dict[int, Floats] = {}
 
     def __len__(self) -> int:
-        return len(self._makers)
+        return self._n
 
     def __getitem__(self, mode: Any) -> Any:
         if isinstance(mode, slice):
@@ -112,6 +112,7 @@ class _Factors(Sequence[Floats]):
             pivots = factor[np.abs(factor).argmax(axis=0), np.arange(factor.shape[1])]
             self.signs[mode] = np.where(pivots < 0.0, -1.0, 1.0)
             self._made[mode] = factor * self.signs[mode]
+            del self._makers[mode]  # what it was made of may be large
         return self._made[mode]
 
 
@@ -200,7 +201,8 @@ def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations
 def decompose(X: Floats, ranks: Ranks, tol: float = 1e-4, max_iterations: int = 50) -> TuckerDecomposition:
     """Do what :func:`tucker` does, without checking its parameters and without a warning about ranks.
 
-    For callers with thousands of tensors and one place to warn: `ranks` of the result tells which were used.
+    For callers with thousands of tensors and one place to warn: `ranks` of the result tells which were used. Its
+    factors are made when they are first read, from `X`, which must not change until then.
 
     Parameters
     ----------
@@ -267,7 +269,16 @@ def _decompose(X: Floats, ranks: Ranks, tol: float, max_iterations: int, scale: 
 def _decompose_long(
     X: Floats, mode: int, ranks: Ranks, tol: float, max_iterations: int
 ) -> tuple[Iterated, Callable[[], Floats]]:
-    """Compress the long mode and decompose the small tensor; return that, and what makes the long factor."""
+    """Compress the long mode and decompose the small tensor; return that, and what makes the long factor.
+
+    Parameters
+    ----------
+    X : (I_0, ..., I_{N-1}) float64, C-ordered
+    mode : int
+        The one that is longer than the product of the others.
+    ranks, tol, max_iterations : tuple of N int, float, int
+        As for `decompose`.
+    """
     swapped = X.swapaxes(0, mode)
     tall = swapped.reshape(len(swapped), -1)
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from tuckerl.interrupts import is_impatient
 from tuckerl.tensor.fit import fit_of
-from tuckerl.tensor.modes import Floats, multiply_all, project_last
+from tuckerl.tensor.modes import Floats, project_last
 from tuckerl.tensor.ranks import Ranks
 from tuckerl.tensor.singular import leading
 from tuckerl.tensor.start import Start
@@ -46,14 +46,12 @@ def iterate(X: Floats, ranks: Ranks, tol: float, max_iterations: int) -> Iterate
     """
     start = Start(X, ranks)
     if max_iterations == 0:
-        factors = [start.first, *start.others]
-        core = multiply_all(X, [factor.T for factor in factors])
-        return Iterated(core, factors, start.fit, 0, start.is_sure)
+        return Iterated(start.core, [start.first, *start.others], start.fit, 0, start.is_sure)
     first, others, fit = start.best_first, start.others, 0.0
     for iteration in range(1, max_iterations + 1):
+        if is_impatient():  # Ctrl-C waits where a learner decomposes
+            raise KeyboardInterrupt
         if iteration > 1:
-            if is_impatient():  # Ctrl-C waits where a learner decomposes
-                raise KeyboardInterrupt
             first = leading(project_last(X, others), first.shape[1]).vectors
         core, others = _improve_others(X, first, others)
         before, fit = fit, fit_of(X, start.energy, core, [first, *others])
@@ -63,9 +61,22 @@ def iterate(X: Floats, ranks: Ranks, tol: float, max_iterations: int) -> Iterate
 
 
 def _improve_others(X: Floats, first: Floats, others: Sequence[Floats]) -> tuple[Floats, list[Floats]]:
-    """Improve the factors of all modes but the first, given that one, and return the core with them."""
+    """Improve the factors of all modes but the first, given that one, and return the core with them.
+
+    Parameters
+    ----------
+    X : (I_0, ..., I_{N-1}) float64
+    first : (I_0, r_0) float64
+    others : N - 1 arrays (I_n, r_n)
+
+    Returns
+    -------
+    core : (r_0, ..., r_{N-1}) float64
+    improved : list of N - 1 arrays (I_n, r_n)
+    """
     factor, improved = first, []
-    core, n_columns = X, 1  # projected on the factors improved so far, whose columns come first, the latest foremost
+    # Projected on the factors improved so far, whose axes come first, the latest one's before the earlier ones'.
+    core, n_columns = X, 1
     for mode, size in enumerate(X.shape):
         if mode:
             of_rows = core.reshape(n_columns, *X.shape[mode:])

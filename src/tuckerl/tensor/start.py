@@ -20,6 +20,9 @@ from tuckerl.tensor.modes import Floats, fibres, multiply_all, project_last
 from tuckerl.tensor.ranks import Ranks, clip_ranks
 from tuckerl.tensor.singular import WELL_ABOVE_ZERO, Leading, leading
 
+# Above this fit, errors of energies show in it.
+_NEARLY_ALL = 1.0 - 1e-3
+
 
 class Start:
     """The truncated higher-order SVD of a tensor.
@@ -63,8 +66,7 @@ class Start:
         """Find what the first sweep begins with."""
         pairs = zip(self._found, self.ranks[1:], strict=True)
         self.others = [found.vectors[:, -rank:] for found, rank in pairs]
-        self._Y = project_last(self._X, self.others)
-        self.best_first, self._squares = leading(self._Y, self.ranks[0])
+        self.best_first, self._squares = leading(project_last(self._X, self.others), self.ranks[0])
 
     @cached_property
     def _first(self) -> Leading:
@@ -75,14 +77,19 @@ class Start:
         """The first factor, (I_0, r_0)."""
         return self._first.vectors[:, -self.ranks[0] :]
 
+    @cached_property
+    def core(self) -> Floats:
+        """The core that goes with its factors, (r_0, ..., r_{N-1})."""
+        return multiply_all(self._X, [factor.T for factor in (self.first, *self.others)])
+
     @property
     def fit(self) -> float:
         """The fit of its factors."""
-        factors = [self.first, *self.others]
-        core = multiply_all(self._X, [factor.T for factor in factors])
-        return fit_of(self._X, self.energy, core, factors)
+        return fit_of(self._X, self.energy, self.core, [self.first, *self.others])
 
     def is_within(self, tol: float, fit: float) -> bool:
         """Return whether the start's fit differs by less than `tol` from `fit`, the first sweep's."""
         highest = fit_of_energies(float(self._squares.sum()), self.energy)  # of any first factor with these others
-        return fit - highest < tol and abs(fit - self.fit) < tol
+        if fit < _NEARLY_ALL and fit - highest >= tol:
+            return False
+        return abs(fit - self.fit) < tol

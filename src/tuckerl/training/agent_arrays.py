@@ -5,8 +5,7 @@ Sizes: S states, A actions, E episodes of one kernel call, K numbers that follow
 
 from typing import Any, NamedTuple
 
-from tuckerl._jit import call_python, is_rare, kernel
-from tuckerl._kernel_compiler import passed_whole
+from tuckerl._jit import call_python, is_rare, kernel, passed_whole
 from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
 

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl._jit import kernel, recompiled
-from tuckerl._kernel_cache import is_ours
+from tuckerl._jit import is_ours, kernel, recompiled
 from tuckerl.checks import check_function
 from tuckerl.errors import LearnerError
 from tuckerl.generalization.change_log import NO_STRAY, STRAY

@@ -67,7 +67,8 @@ def _window_parts(problem: Problem, n_agents: int, every: int) -> Iterator[Part]
     log = reserved if reserved > available_memory() else row * min(n_states, steps)
     yield Part("changes of a window", log, advice)
     rows = min(n_states, n_agents * every * steps)
-    yield Part("tensor of a window", n_agents * every * n_actions * rows * _FLOAT, advice)
+    tensor = n_agents * every * n_actions * rows * _FLOAT
+    yield Part("tensors of a window and of the one before", 2 * tensor, advice)
 
 
 def declared_bytes(declaration: Declaration, n_states: int, n_actions: int) -> int:

@@ -74,10 +74,10 @@ def largest_allowed(q: FloatArray, action_mask: BoolArray, state: int) -> tuple[
     """
     if action_mask.size == 0:
         return largest_entries(q, state)
-    largest, bound, first, ties = -np.inf, -np.inf, 0, 0
+    largest, bound, first, ties = -np.inf, -np.inf, -1, 0
     for action in range(q.shape[1]):
-        value = q[state, action] if action_mask[state, action] else -np.inf
-        is_larger = value > largest
+        value = q[state, action]
+        is_larger = action_mask[state, action] & ((value > largest) | (first < 0))  # the first one, though it be -inf
         largest = value if is_larger else largest
         first = action if is_larger else first
     for action in range(q.shape[1]):

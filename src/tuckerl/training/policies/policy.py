@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl._jit import ByKind
-from tuckerl._kernel_cache import is_ours
+from tuckerl._jit import ByKind, is_ours
 from tuckerl.errors import LearnerError
 from tuckerl.problems.immutable import Immutable
 from tuckerl.training.declared_state import DeclaredArray
