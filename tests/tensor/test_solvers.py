@@ -10,7 +10,8 @@ from tests.tensor.examples import Floats, random_tensor
 from tuckerl import tucker
 from tuckerl.errors import DecompositionError
 from tuckerl.tensor import solvers
-from tuckerl.tensor.singular import orthonormal
+from tuckerl.tensor.singular import leading, orthonormal
+from tuckerl.tensor.solvers import few_eigen
 
 
 def clustered_grams(n: int) -> Iterator[Floats]:
@@ -122,3 +123,36 @@ def test_numbers_at_the_edges_of_float_have_the_factors_of_others(size: float) -
     for factor, other in zip(found.factors, expected.factors, strict=True):
         np.testing.assert_allclose(factor, other, atol=1e-12)
     assert found.fit == pytest.approx(expected.fit)
+
+
+def graded(n: int, ratio: float) -> Floats:
+    """Return a symmetric matrix with eigenvalues that fall by `ratio` each."""
+    Q = np.linalg.qr(np.random.default_rng(n).normal(size=(n, n)))[0]
+    A: Floats = (Q * ratio ** np.arange(n)) @ Q.T
+    return (A + A.T) / 2
+
+
+@pytest.mark.parametrize(("n", "count"), [(200, 25), (400, 15), (600, 3)])
+@pytest.mark.parametrize("ratio", [0.9, 0.99])
+def test_few_eigenvectors_are_those_of_all(n: int, count: int, ratio: float) -> None:
+    A = graded(n, ratio)
+    found = few_eigen(A, count)
+    assert found is not None
+    values, vectors = np.linalg.eigh(A)
+    np.testing.assert_allclose(found[0], values[-count:], rtol=1e-12)
+    projected = found[1] @ found[1].T
+    np.testing.assert_allclose(projected, vectors[:, -count:] @ vectors[:, -count:].T, atol=1e-11)
+
+
+def test_few_of_a_small_matrix_or_many_of_a_large_one_are_left_to_the_other_way() -> None:
+    assert few_eigen(graded(199, 0.9), 2) is None
+    assert few_eigen(graded(200, 0.9), 26) is None
+
+
+def test_what_lanczos_does_not_find_in_time_is_left_to_the_other_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(solvers, "_RESTARTS", 1)
+    A = graded(300, 0.9999)
+    assert few_eigen(A, 20) is None
+    factor: Floats = np.linalg.cholesky(A).T.astype(np.float64)
+    largest: Floats = np.linalg.eigvalsh(A)[-20:].astype(np.float64)
+    np.testing.assert_allclose(leading(factor, 20).squares, largest, rtol=1e-9)

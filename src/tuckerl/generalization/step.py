@@ -8,6 +8,7 @@ Ag_p, whose row norms say whose table all agents go on with (Figures 5, 7 and 8)
 import math
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -168,7 +169,7 @@ class TensorStepState:
             The window's undiscounted returns.
         """
         begun = time.thread_time()
-        with ONE_THREAD:
+        with ONE_THREAD if self.step.needs_decomposition else nullcontext():
             result = self._result(episode, weights, logs, returns)
         self.seconds += time.thread_time() - begun
         return result

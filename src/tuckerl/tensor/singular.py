@@ -20,7 +20,7 @@ import numpy as np
 import scipy.linalg
 
 from tuckerl.tensor.modes import Floats
-from tuckerl.tensor.solvers import singular_values, symmetric_eigen
+from tuckerl.tensor.solvers import few_eigen, singular_values, symmetric_eigen
 
 #: Singular values above this part of the largest can be told from zero: the numerical rank counts them.
 NUMERICAL_ZERO = 1e-10
@@ -73,10 +73,14 @@ def leading(A: Floats, count: int) -> Leading:
 
 def _of_tall(A: Floats, count: int) -> Leading:
     """Do what `leading` does where there are no fewer rows than columns."""
-    squares, vectors = symmetric_eigen(A.T @ A)
+    gram = A.T @ A
+    few = few_eigen(gram, count)
+    squares, vectors = few or symmetric_eigen(gram)
     found = Leading(vectors[:, -count:], squares[-count:])
     if found.is_well_above_zero or squares[-1] <= 0.0:
         return found
+    if few is not None:
+        squares, vectors = symmetric_eigen(gram)
     values = np.sqrt(np.maximum(squares, 0.0))
     scale = np.maximum(values, _FLOOR * values[-1])
     scaled = A @ (vectors / scale)

@@ -18,6 +18,8 @@ from tuckerl.errors import DecompositionError
 from tuckerl.tensor.modes import Floats
 
 _SMALL = 48  # rows up to which OpenBLAS has one thread for all of this
+_LARGE, _FEW = 200, 8  # from so many rows on, and up to one of so many eigenvectors, a few are found sooner than all
+_RESTARTS = 100  # where more are needed, all are found sooner
 
 
 def symmetric_eigen(A: Floats) -> tuple[Floats, Floats]:
@@ -40,6 +42,40 @@ def symmetric_eigen(A: Floats) -> tuple[Floats, Floats]:
     """
     values, vectors = _first_that_answers((_eigh, _robust_eigh, _eigen_by_svd), A)
     return values, vectors
+
+
+def few_eigen(A: Floats, count: int) -> tuple[Floats, Floats] | None:
+    """Return the largest eigenvalues of a large symmetric matrix, smallest first, and their eigenvectors.
+
+    By the implicitly restarted Lanczos method [1]_, to rounding: four times as fast as finding all where they are few.
+
+    Parameters
+    ----------
+    A : (n, n) float64
+        Finite.
+    count : int
+
+    Returns
+    -------
+    values : (count,) float64
+    vectors : (n, count) float64
+        None instead of both where `symmetric_eigen` finds all as soon, or these are not found in time.
+
+    References
+    ----------
+    .. [1] R. B. Lehoucq, D. C. Sorensen, C. Yang (1998). ARPACK users' guide. SIAM.
+    """
+    if len(A) < _LARGE or _FEW * count > len(A):
+        return None
+    from scipy.sparse.linalg import ArpackError, eigsh  # most tensors need no such matrix
+
+    begin = np.cos(np.arange(1.0, len(A) + 1.0))  # leans to all sides, and is always the same
+    try:
+        values, vectors = eigsh(A, k=count, which="LA", v0=begin, tol=0.0, maxiter=_RESTARTS)
+    except ArpackError:
+        return None
+    order = values.argsort()
+    return values[order], vectors[:, order]
 
 
 def singular_values(A: Floats) -> tuple[Floats, Floats]:
