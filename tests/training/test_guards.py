@@ -325,6 +325,60 @@ def test_a_kernel_that_cannot_be_compiled_is_said_in_one_sentence() -> None:
     assert "Failed in nopython mode" in str(refused.value.__cause__)
 
 
+class Holder(NamedTuple):
+    """A state that holds what kernels know nothing of."""
+
+    words: Any
+
+
+register_algorithm(Holder, update=lambda algorithm, agent, transition, next_action: True)
+
+
+class Holding(Learner):
+    """A learner whose state is no array or number."""
+
+    state_type = Holder
+
+    def algorithm_state(self, *arguments: Any) -> Holder:
+        return Holder({"left": 0})
+
+
+@pytest.mark.compiled
+def test_a_state_of_other_things_than_arrays_and_numbers_is_said_in_one_sentence() -> None:
+    with pytest.raises(LearnerError, match="a kernel of your own cannot be compiled: it may use numbers"):
+        Holding(corridor(), seed=0).learn(1)
+
+
+class RingArrays(NamedTuple):
+    """What kernels read of a ring of states."""
+
+    n_states: int
+
+
+register_dynamics(
+    RingArrays,
+    reset=lambda world, rng: 0,
+    step=lambda world, state, action, rng: ((state + 1) % world.n_states, 1.0, False),
+    is_out_of_time=lambda world, steps: steps >= 7,
+    must_return=lambda world: False,
+)
+
+
+class Ring(Line):
+    """A ring of four states, of which plain functions tell."""
+
+    def __init__(self) -> None:
+        Problem.__init__(self, 4, 2, max_episode_steps=50)
+        self._ring = RingArrays(4)
+
+    def world(self) -> World:
+        return World(self._ring)
+
+
+def test_dynamics_may_be_plain_functions() -> None:
+    assert QLearning(Ring(), seed=0).learn(3).steps.tolist() == [[7]] * 3
+
+
 @tuckerl.kernel
 def of_none() -> bool:
     """Take no arguments, as no kernel that can be registered does."""
