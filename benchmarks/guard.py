@@ -1,8 +1,9 @@
 """Warn where a kernel is slower against the same loop in C than it was: ``python -m benchmarks.guard [--write]``.
 
 Both are timed in turn in one process, several times, and of each the least counts, as what else the machine does only
-adds to a time. `guard.json` has what the ratios were when somebody last looked, and ``--write`` writes it anew. A
-slower kernel is no error: it is a line to read.
+adds to a time. `guard.json` has what the ratios were when somebody last looked, and ``--write`` writes it anew. What is
+slower is timed again, and warned of if it is so each time; other kinds of processors have other ratios. A slower
+kernel is no error: it is a line to read.
 """
 
 import json
@@ -15,27 +16,43 @@ from benchmarks import kernels, steps, traces
 from benchmarks.timing import Row
 
 KEPT = Path(__file__).with_suffix(".json")
-LOSS, ROUNDS = 0.15, 5
+LOSS, ROUNDS, TRIES = 0.15, 5, 3
 _BENCHMARKS = (kernels, steps, traces)
 
 
 def main(*, write: bool) -> None:
     """Compare today's ratios with those that are kept, or keep them."""
-    rounds = [[row for benchmark in _BENCHMARKS for row in benchmark.against_c()] for _ in range(ROUNDS)]
-    found = {_name(rows[0]): _ratio(rows) for rows in zip(*rounds, strict=True) if rows[0].peer is not None}
+    found = ratios()
     if not found:
         print("No compiler for C was found: there is nothing to compare with.")
     elif write:
         KEPT.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
     else:
-        print("\n".join(lines(found, json.loads(KEPT.read_text("utf-8")))))
+        kept = json.loads(KEPT.read_text("utf-8"))
+        for _ in range(TRIES - 1):
+            if lost(found, kept):
+                again = ratios()
+                found = {name: max(ratio, again[name]) for name, ratio in found.items()}
+        print("\n".join(lines(found, kept)))
+
+
+def ratios() -> dict[str, float]:
+    """Return how many times a peer's least time is ours, for each kernel and peer; nothing without a compiler for C."""
+    rounds = [[row for benchmark in _BENCHMARKS for row in benchmark.against_c()] for _ in range(ROUNDS)]
+    return {_name(rows[0]): _ratio(rows) for rows in zip(*rounds, strict=True) if rows[0].peer is not None}
+
+
+def lost(found: dict[str, float], kept: dict[str, float]) -> set[str]:
+    """Return the names of what is slower than it was by more than `LOSS`."""
+    return {name for name, ratio in found.items() if ratio < (1 - LOSS) * kept.get(name, 0.0)}
 
 
 def lines(found: dict[str, float], kept: dict[str, float]) -> list[str]:
     """Return a line for each kernel: its ratio today, the one that is kept, and a warning where it lost too much."""
+    slower = lost(found, kept)
     return [
         f"{name:<70} {ratio:5.2f} (was {kept.get(name, float('nan')):.2f})"
-        + ("   WARNING: slower than it was" if ratio < (1 - LOSS) * kept.get(name, 0.0) else "")
+        + ("   WARNING: slower than it was" if name in slower else "")
         for name, ratio in found.items()
     ]
 
