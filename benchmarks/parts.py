@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.steps import SIZES, random_table
-from benchmarks.timing import Row, seconds
+from benchmarks.timing import Row, replaced, seconds
 from tuckerl import QLearning
 from tuckerl._jit import kernel
 from tuckerl.learners.q_learning import QLearningState, update
@@ -58,12 +58,8 @@ def _arguments(learner: QLearning) -> tuple[Any, AgentArrays]:
         seen.append(arguments)
         return play(*arguments)
 
-    module: Any = trainer
-    module.play = spy
-    try:
+    with replaced(trainer, "play", spy):
         learner.learn(1)
-    finally:
-        module.play = play
     world, agent = seen[0]
     return world, agent
 

@@ -7,15 +7,14 @@ compared by ``python -m benchmarks.versions speed``.
 import statistics
 import time
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from tensorly.decomposition import tucker as tensorly_tucker
 
 from benchmarks.steps import random_table
-from benchmarks.timing import Row, compare
+from benchmarks.timing import Row, compare, replaced
 from tuckerl import DynaH, QLearning, TensorStep, random_maze
 from tuckerl.generalization import step as tensor_step
 from tuckerl.generalization.snapshots import Snapshots
@@ -56,16 +55,6 @@ def _rows(scenario: str, n_agents: int) -> list[Row]:
     return found
 
 
-@contextmanager
-def _replaced(thing: Any, name: str, function: Callable[..., Any]) -> Iterator[None]:
-    original = getattr(thing, name)
-    setattr(thing, name, function)
-    try:
-        yield
-    finally:
-        setattr(thing, name, original)
-
-
 def _timed(function: Callable[..., Any], into: list[float]) -> Callable[..., Any]:
     """Keep this thread's processor time of each call of a function."""
 
@@ -85,7 +74,7 @@ def _parts(what: str, make: Callable[[], Learner], episodes: int, rounds: int) -
     alone: list[list[float]] = [[] for _ in range(rounds)]
     for a, b in zip(whole, alone, strict=True):
         close_window, step = _timed(TensorStepState.close_window, a), _timed(decompose, b)
-        with _replaced(TensorStepState, "close_window", close_window), _replaced(tensor_step, "decompose", step):
+        with replaced(TensorStepState, "close_window", close_window), replaced(tensor_step, "decompose", step):
             make().learn(episodes)
     return [
         Row(f"{what}: {part}", "window", statistics.mean(map(min, zip(*times, strict=True))), "-", None, None)
@@ -102,7 +91,7 @@ def _beside_tensorly(what: str, n_agents: int) -> Row:
         seen.append(original(*arguments))
         return seen[-1]
 
-    with _replaced(Snapshots, "tensor", spy):
+    with replaced(Snapshots, "tensor", spy):
         tables = np.stack([np.moveaxis(learner.learn(1).q, 0, 2) for _ in range(10)], axis=2)
     ranks = tuple(learner.tensor_step_history.ranks[-1].tolist())
     return compare(

@@ -6,7 +6,6 @@ the same numbers; `tests/docs/test_speed.py` fails when they are not.
 """
 
 import json
-import re
 import sys
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import matplotlib as mpl
 mpl.use("agg")
 
 import matplotlib.pyplot as plt  # the backend is chosen first
+from docs.pictures.layers import table_pattern
 from matplotlib.axes import Axes
 
 HERE = Path(__file__).parent
@@ -68,11 +68,6 @@ def window_table(measured: dict[str, float]) -> str:
 
 
 TABLES = {"step": step_table, "window": window_table, "first": first_table}
-
-
-def table_pattern(name: str) -> re.Pattern[str]:
-    """Return what finds one of the tables in the page."""
-    return re.compile(rf"(?<=% begin {name}\n)(.*?)(?=% end {name}\n)", re.DOTALL)
 
 
 def draw(measured: dict[str, dict[str, float]]) -> None:

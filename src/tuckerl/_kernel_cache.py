@@ -30,21 +30,21 @@ _lock = threading.RLock()
 
 def kept_code(function: Callable[..., Any]) -> Any:
     """Return Numba's cache for a function of this package; one that keeps nothing where no folder can be written."""
-    folder, config = cache_folder(), numba_config
+    folder = cache_folder()
+    config: Any = numba_config
     if folder is None:
         _warn_once("no folder for them can be written")
         return _NullCache()
     # Numba reads the folder where a cache is made; other packages' kernels must not move with ours.
     with _lock:  # or one thread would take the other's folder for what was there before
-        before: str = config.CACHE_DIR  # type: ignore[attr-defined]  # Numba makes it
-        config.CACHE_DIR = folder  # type: ignore[attr-defined]
+        before, config.CACHE_DIR = config.CACHE_DIR, folder
         try:
             return _KernelCache(function)
         except RuntimeError:  # the folder was there when it was looked for
             _warn_once(f"{folder} cannot be written")
             return _NullCache()
         finally:
-            config.CACHE_DIR = before  # type: ignore[attr-defined]
+            config.CACHE_DIR = before
 
 
 @functools.cache

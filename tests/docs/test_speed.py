@@ -4,12 +4,12 @@ import json
 
 import pytest
 from benchmarks import guard
-from docs.pictures import speed
+from docs.pictures import layers, speed
 
 
 @pytest.mark.parametrize("name", list(speed.TABLES))
 def test_the_tables_are_made_of_what_was_measured(name: str) -> None:
-    written = speed.table_pattern(name).search(speed.PAGE.read_text("utf-8"))
+    written = layers.table_pattern(name).search(speed.PAGE.read_text("utf-8"))
     assert written is not None
     measured = json.loads(speed.MEASURED.read_text("utf-8"))
     assert written[1].strip() == speed.TABLES[name](measured[name]), "run python -m docs.pictures.speed --draw"

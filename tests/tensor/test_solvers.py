@@ -144,6 +144,13 @@ def test_few_eigenvectors_are_those_of_all(n: int, count: int, ratio: float) -> 
     np.testing.assert_allclose(projected, vectors[:, -count:] @ vectors[:, -count:].T, atol=1e-11)
 
 
+@pytest.mark.parametrize("A", [np.eye(300), np.kron(np.eye(100), np.ones((3, 3)))])
+def test_few_eigenvectors_are_the_same_each_time(A: Floats) -> None:
+    found = [few_eigen(A, 15) for _ in range(3)]
+    assert found[0] is not None
+    assert len({vectors.tobytes() for _, vectors in filter(None, found)}) == 1
+
+
 def test_few_of_a_small_matrix_or_many_of_a_large_one_are_left_to_the_other_way() -> None:
     assert few_eigen(graded(199, 0.9), 2) is None
     assert few_eigen(graded(200, 0.9), 26) is None

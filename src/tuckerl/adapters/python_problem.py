@@ -286,7 +286,7 @@ class PythonProblem(Problem):
         try:
             problem = resolve(header["id"] if given is None else given, bins=_restored_edges(arrays), compiled=False)
         except (ParameterError, UnknownNameError) as error:  # of edges or a reward that belong to another environment
-            raise ParameterError(f"{expected}, {header['source']}: {error}") from error
+            raise type(error)(f"{expected}, {header['source']}: {error}") from error
         cls._check_same(problem, header, header["sizes"], path, "an environment")
         agents = [str(agent) for agent in problem.agents]
         if agents != header["agents"]:

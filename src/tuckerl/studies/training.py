@@ -261,8 +261,8 @@ def load_learner(path: Path, environment: str | None = None, keywords: Mapping[s
         raise ParameterError("keywords of the environment need its id: give --env with --env-set")
     try:
         return load(path, env=_environment_beside(path))
-    except (UnknownNameError, ParameterError) as error:  # of the environment that run.json names
-        raise type(error)(f"{error}; name what it learned on with --env") from error
+    except UnknownNameError as error:
+        raise UnknownNameError(f"{error}; name what it learned on with --env") from error
 
 
 def _environment_beside(path: Path) -> Environment | None:

@@ -69,9 +69,9 @@ def few_eigen(A: Floats, count: int) -> tuple[Floats, Floats] | None:
         return None
     from scipy.sparse.linalg import ArpackError, eigsh  # most tensors need no such matrix
 
-    begin = np.cos(np.arange(1.0, len(A) + 1.0))  # leans to all sides, and is always the same
-    try:
-        values, vectors = eigsh(A, k=count, which="LA", v0=begin, tol=0.0, maxiter=_RESTARTS)
+    begin = np.cos(np.arange(1.0, len(A) + 1.0))  # leans to all sides
+    try:  # where there are few different eigenvalues, more vectors are drawn: always the same ones
+        values, vectors = eigsh(A, k=count, which="LA", v0=begin, tol=0.0, maxiter=_RESTARTS, rng=0)
     except ArpackError:
         return None
     order = values.argsort()

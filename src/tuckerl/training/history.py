@@ -34,7 +34,7 @@ class EpisodeHistory:
         self._steps: IntArray = np.zeros((n_agents, 0), dtype=np.int64)
         self._returns: FloatArray = np.zeros((n_agents, 0))
         self.finished: IntArray = np.zeros(n_agents, dtype=np.int64)
-        self._episodes = self._most_episodes = self.first_agent_steps = 0
+        self._episodes = self._most_episodes = self.first_agent_steps = 0  # counted once, as a short window asks often
 
     @property
     def episodes(self) -> int:

@@ -61,6 +61,7 @@ class Trainer:
                 try:
                     with interrupts_held_back(), self._owner.playing():
                         self._advance(min(goal.episodes, listed.next_stop()), goal.steps)
+                        # Where nobody is to hear of windows, there is no need to leave this block after each.
                         while listed.is_empty and not (is_waiting() or self._is_over(goal)):
                             self._advance(goal.episodes, goal.steps)
                 finally:  # Ctrl-C is heard above; the window that it waited for may have ended
