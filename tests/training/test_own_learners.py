@@ -10,7 +10,7 @@ import pytest
 
 from tests.learners.worlds import corridor
 from tests.training.test_resume import assert_same
-from tuckerl import EpsilonGreedy, Greedy, Linear, QLearning
+from tuckerl import EpsilonGreedy, Greedy, Linear, QLearning, TensorStep, sutton_maze
 from tuckerl.errors import LearnerError, ParameterError, ParameterTypeError
 from tuckerl.learners.q_learning import update
 from tuckerl.training import learner_file
@@ -204,3 +204,28 @@ def test_one_without_a_seed_cannot_be_made_again(tmp_path: Path) -> None:
         learner.save(tmp_path / "agent.tuckerl")
     with pytest.raises(LearnerError, match="takes no seed"):
         copy.deepcopy(learner)
+
+
+class Modelled(QLearning):
+    """One whose table is said to be made from a model, so that neither weights nor sharing mean anything."""
+
+    def why_no_weights(self) -> str:
+        return "it has no step size"
+
+    def why_no_sharing(self) -> str:
+        return "its tables are made from a model"
+
+
+@pytest.mark.parametrize(
+    ("step", "problem"),
+    [
+        ({"share": "none"}, r'Modelled must have weights="none": it has no step size; got weights=\'paper\''),
+        ({"weights": "none"}, r'must have share="none": its tables are made from a model; got share=\'max\''),
+        ({"weights": lambda decomposition: np.ones(4), "share": "none"}, r"it has no step size; got weights=<function"),
+    ],
+)
+def test_a_step_that_would_mean_nothing_is_refused(step: dict[str, Any], problem: str) -> None:
+    tensor_step = TensorStep(5, (2, 2, 2, 1), **step)
+    with pytest.raises(ParameterError, match=problem):
+        Modelled(sutton_maze(), tensor_step=tensor_step)
+    Modelled(sutton_maze(), tensor_step=TensorStep(5, (2, 2, 2, 1), weights="none", share="none"))

@@ -173,7 +173,8 @@ class Learner(Copyable):
         self.ties = check_name("ties", ties, ("random", "first"))
         n_agents = check_int("n_agents", n_agents, 1)
         self.bootstrap_terminal = check_flag("bootstrap_terminal", bootstrap_terminal)
-        self.tensor_step = check_step(tensor_step)
+        own_name = type(self).__name__
+        self.tensor_step = check_step(own_name, tensor_step, self.why_no_weights(), self.why_no_sharing())
         self.seed_sequence = seed_sequence(seed)
         self.compiled = check_compiled(compiled)
         options = {"bins": bins, "compiled": self.compiled, "team_reward": self.team_reward}
@@ -186,7 +187,7 @@ class Learner(Copyable):
         if not hasattr(self, "_state"):  # there is room for what there is
             declarations = (*own, *self._acting_policy.declare_state())
             parts = learner_parts(self.problem, self.n_agents, self.tensor_step, declarations)
-            check_memory(type(self).__name__, parts)
+            check_memory(own_name, parts)
         self.initial_q = check_initial_q(initial_q, shape)
         self._target_policy = self._acting_policy.target() or Greedy()
         rules = Rules(
@@ -249,6 +250,14 @@ class Learner(Copyable):
         Kernels find their values in the field `scheduled` of `state_type`, in this order.
         """
         return {}
+
+    def why_no_weights(self) -> str | None:
+        """Return why a tensor step's weights mean nothing here, as where no step size is: a part of a sentence."""
+        return None
+
+    def why_no_sharing(self) -> str | None:
+        """Return why shared tables mean nothing here, as where they follow from a model: a part of a sentence."""
+        return None
 
     def default_policy(self, policy: Policy) -> Policy:
         """Return how actions are chosen where the user gives no policy.

@@ -179,17 +179,34 @@ def check_alpha(alpha: Any) -> Schedule:
     return schedule
 
 
-def check_step(step: object) -> TensorStep | None:
-    """Return `step` if it is a tensor step or None.
+def check_step(learner: str, step: object, no_weights: str | None, no_sharing: str | None) -> TensorStep | None:
+    """Return `step` if it is a tensor step that the learner can use, or None.
+
+    Parameters
+    ----------
+    learner : str
+        The name of its class.
+    step : object
+    no_weights, no_sharing : str, optional
+        Why the step's weights, or its sharing, would mean nothing in this learner.
 
     Raises
     ------
     ParameterTypeError
-        If it is anything else.
+        If it is neither a tensor step nor None.
+    ParameterError
+        If it weights or shares where that would mean nothing.
     """
-    if step is None or isinstance(step, TensorStep):
-        return step
-    raise ParameterTypeError(f"tensor_step must be a tuckerl.TensorStep or None; got {shown(step)}")
+    if step is None:
+        return None
+    if not isinstance(step, TensorStep):
+        raise ParameterTypeError(f"tensor_step must be a tuckerl.TensorStep or None; got {shown(step)}")
+    for name, value, reason in (("weights", step.weights, no_weights), ("share", step.share, no_sharing)):
+        if reason is not None and value != "none":
+            raise ParameterError(
+                f'a tensor step of {learner} must have {name}="none": {reason}; got {name}={shown(value)}'
+            )
+    return step
 
 
 def check_policy(policy: object, epsilon: Any, decay: float) -> Policy:
