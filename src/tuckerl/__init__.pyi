@@ -38,11 +38,14 @@ from tuckerl.training.evaluation import Evaluation as Evaluation
 from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy as EpsilonGreedy
 from tuckerl.training.policies.greedy import Greedy as Greedy
 from tuckerl.training.policies.own_distribution import OwnDistribution as OwnDistribution
+from tuckerl.training.policies.softmax import Softmax as Softmax
+from tuckerl.training.policies.ucb import UCB as UCB
 from tuckerl.training.schedules import Exponential as Exponential
 from tuckerl.training.schedules import Harmonic as Harmonic
 from tuckerl.training.schedules import Linear as Linear
 
 __all__ = [
+    "UCB",
     "Callback",
     "Checkpoint",
     "CsvLog",
@@ -62,6 +65,7 @@ __all__ = [
     "Sarsa",
     "SarsaLambda",
     "Simulator",
+    "Softmax",
     "SplitEnv",
     "StopOnReturn",
     "TabularMDP",

@@ -393,6 +393,8 @@ def targets() -> tuple[Target, ...]:
         Target(
             "EpsilonGreedy", _calls(tuckerl.EpsilonGreedy), {"epsilon": NUMBERS, "decay": these(1.0, 0.5)}, check=steers
         ),
+        Target("Softmax", _calls(tuckerl.Softmax), {"temperature": NUMBERS}, 1, check=steers),
+        Target("UCB", _calls(tuckerl.UCB), {"c": NUMBERS}, check=steers),
         Target(
             "OwnDistribution",
             _calls(tuckerl.OwnDistribution),

@@ -6,6 +6,7 @@ from tuckerl.environments import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
 from tuckerl.generalization.sharing import SHARING_RULES
 from tuckerl.generalization.weights import WEIGHTINGS
 from tuckerl.studies.algorithms import ALGORITHMS, parameters_of
+from tuckerl.training.policies import POLICIES
 
 
 def listed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
@@ -20,6 +21,7 @@ def listed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     [
         ("algorithms", list(ALGORITHMS)),
         ("scenarios", ["cart-pole", "dyna-maze", "robot-rescue"]),
+        ("policies", list(POLICIES)),
         ("weights", list(WEIGHTINGS)),
         ("shares", list(SHARING_RULES)),
     ],

@@ -1,8 +1,9 @@
 import pytest
 
-from tuckerl import Exponential, Harmonic, Linear
+from tuckerl import UCB, EpsilonGreedy, Exponential, Greedy, Harmonic, Linear, Softmax
 from tuckerl.cli.settings import parse_parameters, parse_settings
 from tuckerl.errors import ParameterError, UnknownNameError
+from tuckerl.training.policies.policy import Policy
 
 
 @pytest.mark.parametrize(
@@ -65,6 +66,42 @@ def test_schedules_are_given_by_name(text: str, schedule: object) -> None:
     assert parse_parameters([f"candidate.epsilon={schedule!r}"]) == {"candidate.epsilon": schedule}
 
 
+@pytest.mark.parametrize(
+    ("text", "policy"),
+    [
+        ("Greedy()", Greedy()),
+        ("EpsilonGreedy(0.2, decay=0.9)", EpsilonGreedy(0.2, 0.9)),
+        ("Softmax(0.5)", Softmax(0.5)),
+        ("UCB(c = 2)", UCB(2.0)),
+        ("Softmax(Linear(5, 0.1, episodes=400))", Softmax(Linear(5.0, 0.1, 400))),
+        ("EpsilonGreedy( epsilon=Linear(1,0,5) , decay=1)", EpsilonGreedy(Linear(1.0, 0.0, 5))),
+    ],
+)
+def test_policies_are_given_by_name(text: str, policy: Policy) -> None:
+    for name in ("policy", "base.policy"):
+        given = parse_parameters([f"{name}={text}"])[name]
+        assert type(given) is type(policy)
+        assert repr(given) == repr(policy)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("SoftMax(1)", r"policy: unknown policy 'SoftMax': did you mean 'Softmax'\?; policies are EpsilonGreedy\(eps"),
+        ("OwnDistribution(1)", "unknown policy 'OwnDistribution'"),
+        ("Softmax()", r"must be given Softmax\(temperature\) with numbers in it; got Softmax\(\): missing"),
+        ("Softmax(0)", "temperature must be a finite number above 0; got 0.0"),
+        ("Softmax(Lin(1,2,3))", "policy: unknown schedule 'Lin'"),
+        ("Softmax(Linear(5,0,9))", "temperature must stay above 0 in all episodes"),
+        ("Softmax(Linear(5,len('ab'),9))", "could not convert string to float"),
+        ("UCB(1, c=2)", "multiple values for argument 'c'"),
+    ],
+)
+def test_what_is_no_policy_is_said(text: str, message: str) -> None:
+    with pytest.raises((ParameterError, UnknownNameError), match=message):
+        parse_parameters([f"policy={text}"])
+
+
 def test_other_values_are_as_in_all_settings() -> None:
     texts = ["alpha=0.2", "ranks=(15, 3, 9, 1)", "share=max", "bins=[10, 10]"]
     assert parse_parameters(texts) == parse_settings(texts)
@@ -89,9 +126,9 @@ def test_other_values_are_as_in_all_settings() -> None:
         ("Linear(0.2,,400)", "could not convert string to float: ''"),
         ("Linear(0.2,0,len('ab'))", r"could not convert string to float: \"len\('ab'\)\""),
         ("Linear(0.2,0,400,duration=1)", "unexpected keyword argument 'duration'"),
-        ("Linear(2,0,400)", r"start must be a number in \[0, 1\]; got 2\.0"),
+        ("Linear(-2,0,400)", r"start must be a finite number of at least 0; got -2\.0"),
         ("Linear(0.2,0,4.5)", "episodes must be a whole number"),
-        ("Linear(nan,0,4)", "start must be a number"),
+        ("Linear(nan,0,4)", "start must be a finite number"),
         ("Exponential(0.5, decay=2)", r"Exponential\(start, decay=1, minimum=0\) with numbers.*decay must be a number"),
     ],
 )

@@ -62,8 +62,9 @@ def test_all_public_members_of_what_authors_subclass_are_listed(kind: type) -> N
 def test_the_page_on_learners_uses_nothing_that_the_reference_does_not_have() -> None:
     page = (DOCS / "learners.md").read_text("utf-8")
     used = set()
-    for module, names in re.findall(r"^from (tuckerl[\w.]*) import (.+)$", page, re.MULTILINE):
-        used |= {f"{module}.{name.split(' as ')[0].strip()}" for name in names.split(",")}
+    for module, names in re.findall(r"^from (tuckerl[\w.]*) import (\([^)]+\)|.+)$", page, re.MULTILINE):
+        bare = [name.split(" as ")[0].strip() for name in names.strip("()").split(",")]
+        used |= {f"{module}.{name}" for name in bare if name}
     used |= set(re.findall(r"\{\w+\}`~?([\w.]+)`", page))
     things = [found(name) for name in entries()]
     assert used

@@ -53,12 +53,12 @@ ADDITIONS = {
         "LEARNERS = (",
         '    LearnerEntry("WolfPhc", "tuckerl.learners.wolf_phc", "WoLF-PHC", "Bowling and Veloso 2002"),',
     ),
-    "softmax": Addition(
-        "softmax.py",
+    "max-Boltzmann": Addition(
+        "max_boltzmann.py",
         "training/policies",
         "training/policies/__init__.py",
         "POLICIES = {",
-        '    "Softmax": PolicyEntry(f"{__name__}.softmax", "drawn by exp(Q / temperature)"),',
+        '    "MaxBoltzmann": PolicyEntry(f"{__name__}.max_boltzmann", "softmax now and then"),',
     ),
     "a weighting": Addition(
         "squared.py",
@@ -183,25 +183,25 @@ def test_a_distribution_that_is_learned_is_what_is_played(run: Run) -> None:
     run("-c", WOLF)
 
 
-SOFTMAX = """
+MAX_BOLTZMANN = """
 import numpy as np, tuckerl
 for kind in (tuckerl.SarsaLambda, tuckerl.ExpectedSarsa):
-    agent = kind("FrozenLake-v1", policy=tuckerl.Softmax(tuckerl.Linear(1.0, 0.1, 50)), seed=0)
+    agent = kind("FrozenLake-v1", policy=tuckerl.MaxBoltzmann(0.5, tuckerl.Linear(1.0, 0.1, 50)), seed=0)
     agent.learn(60).save("agent.tuckerl")
     again = tuckerl.load("agent.tuckerl")
     assert repr(again.policy.temperature) == repr(tuckerl.Linear(1.0, 0.1, 50))
     np.testing.assert_array_equal(agent.learn(5).q, again.learn(5).q)
     np.testing.assert_allclose(agent.scheduled("temperature")[[0, 50, 64]], [1.0, 0.1, 0.1])
 values = np.log(np.tile([1, 2, 3, 4.0], (16, 1)))
-flat = tuckerl.QLearning("FrozenLake-v1", policy=tuckerl.Softmax(1.0), seed=0, initial_q=values)
-counts = np.bincount(flat.predict(np.zeros(20000, dtype=int), deterministic=False)[0], minlength=4) / 20000
-np.testing.assert_allclose(counts, [0.1, 0.2, 0.3, 0.4], atol=0.02)
+mixed = tuckerl.QLearning("FrozenLake-v1", policy=tuckerl.MaxBoltzmann(0.5, 1.0), seed=0, initial_q=values)
+counts = np.bincount(mixed.predict(np.zeros(20000, dtype=int), deterministic=False)[0], minlength=4) / 20000
+np.testing.assert_allclose(counts, [0.05, 0.1, 0.15, 0.7], atol=0.02)
 """
 
 
 @pytest.mark.long
 def test_a_policy_serves_every_learner(run: Run) -> None:
-    run("-c", SOFTMAX)
+    run("-c", MAX_BOLTZMANN)
 
 
 STEP = """

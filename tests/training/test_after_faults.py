@@ -9,7 +9,7 @@ import pytest
 from gymnasium import spaces
 
 from tests.adapters.parallel_worlds import World
-from tuckerl import QLearning, SarsaLambda, TabularMDP, TensorStep
+from tuckerl import UCB, QLearning, SarsaLambda, TabularMDP, TensorStep
 from tuckerl.errors import EnvironmentFaultError
 
 
@@ -56,6 +56,15 @@ def test_rows_that_earlier_episodes_have_changed_are_brought_back_too() -> None:
     with pytest.raises(EnvironmentFaultError):
         learner.learn(1)
     np.testing.assert_array_equal(learner.q, before)
+
+
+def test_choices_of_an_episode_that_is_broken_off_do_not_count() -> None:
+    learner = QLearning(Round({7: ZeroDivisionError("no road")}), policy=UCB(1.0), seed=0).learn(1)
+    before = learner.declared[0]["ucb.choices"].copy()
+    assert before.sum() == 4
+    with pytest.raises(EnvironmentFaultError):
+        learner.learn(1)
+    np.testing.assert_array_equal(learner.declared[0]["ucb.choices"], before)
 
 
 class Narrowing(Round):

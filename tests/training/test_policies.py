@@ -1,6 +1,9 @@
 """Policies draw what they say that they draw, for learning, predictions and evaluations alike, and go into files."""
 
+import copy
+import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -8,9 +11,11 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from tests.learners.worlds import agent_of, corridor, random_maze, random_mdp
+from tests.learners.worlds import agent_of, corridor, random_maze, random_mdp, world_of
+from tests.reference.policies import SoftmaxLearner, UCBLearner
+from tests.reference.rng import Stream
 from tests.training.test_resume import LEARNERS, assert_same
-from tuckerl import DynaH, Linear, QLearning, Sarsa, TabularMDP, TeamQ, kernel
+from tuckerl import DynaH, Linear, QLearning, Sarsa, TabularMDP, TeamQ, TensorStep, kernel
 from tuckerl.errors import ParameterError, ParameterTypeError
 from tuckerl.generalization.change_log import record_change
 from tuckerl.learners.team_policy import TeamEpsilonGreedy
@@ -23,6 +28,8 @@ from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy
 from tuckerl.training.policies.greedy import Greedy
 from tuckerl.training.policies.own_distribution import OwnDistribution
 from tuckerl.training.policies.policy import Policy, choose, write_probabilities
+from tuckerl.training.policies.softmax import Softmax
+from tuckerl.training.policies.ucb import UCB
 from tuckerl.types import BoolArray, FloatArray
 
 TABLE = np.array([[9.0] * 6, [2.0, 0.0, 2.0, 1.0, 2.0, 0.0]])  # in state 1, three actions are greedy
@@ -39,18 +46,23 @@ CASES: dict[str, tuple[Policy, Mapping[str, Any]]] = {
     "OwnDistribution": (OwnDistribution("chances"), STATE),
     "OwnDistribution, explored": (OwnDistribution("chances", 0.3), STATE),
     "OwnDistribution, of what is forbidden": (OwnDistribution("chances", 0.3), NOTHING),
+    "Softmax": (Softmax(2.0), {}),
+    "Softmax, cold": (Softmax(1e-300), {}),
+    "UCB": (UCB(1.5), {"ucb.choices": np.array([[1] * 6, [9, 3, 8, 0, 2, 2]])}),
+    "UCB, all untried": (UCB(1.5), {"ucb.choices": np.zeros((2, 6), dtype=np.int64)}),
     "a team": (TeamEpsilonGreedy(EpsilonGreedy(0.3), (3, 2)), {}),
     "a team, never": (TeamEpsilonGreedy(EpsilonGreedy(0.0), (3, 2)), {}),
     "a team, always": (TeamEpsilonGreedy(EpsilonGreedy(1.0), (3, 2)), {}),
     "a team of three": (TeamEpsilonGreedy(EpsilonGreedy(0.5), (3, 1, 2)), {}),
 }
 DRAWS = 6000
+SOFT = np.exp([0.0, -1.0, 0.0, -0.5, 0.0, -1.0])  # e^((Q - 2) / 2) in state 1
 
 
 def acting(name: str, action_mask: BoolArray | None, ties: str) -> AgentArrays:
     policy, state = CASES[name]
     scheduled = np.array([schedule.values(1)[0] for schedule in policy.schedules().values()])
-    arrays = policy.arrays(scheduled, state)
+    arrays = policy.arrays(scheduled, copy.deepcopy(state))
     return agent_of(TABLE.copy(), policy=arrays, action_mask=action_mask, random_ties=ties == "random", seed=2)
 
 
@@ -74,7 +86,8 @@ def test_what_is_drawn_agrees_with_the_probabilities(name: str, action_mask: Boo
     assert (probabilities >= 0).all()
     if action_mask is not None:
         assert (probabilities[~action_mask[1]] == 0).all()
-    counts = np.bincount([choose(agent.policy, agent, 1) for _ in range(DRAWS)], minlength=6)
+    # Each time as if for the first time: some policies count what they choose.
+    counts = np.bincount([choose(copy.deepcopy(agent.policy), agent, 1) for _ in range(DRAWS)], minlength=6)
     possible = probabilities > 0
     assert not counts[~possible].any()
     if possible.sum() > 1:
@@ -94,13 +107,21 @@ def test_what_is_drawn_agrees_with_the_probabilities(name: str, action_mask: Boo
         ("OwnDistribution", MASK, "random", [0.2, 0, 0, 0, 0.8, 0]),
         ("OwnDistribution, explored", MASK, "random", [0.215, 0.075, 0, 0, 0.635, 0.075]),
         ("OwnDistribution, of what is forbidden", MASK, "random", [0.25, 0.25, 0, 0, 0.25, 0.25]),
+        ("Softmax", FREE, "first", SOFT / SOFT.sum()),
+        ("Softmax", MASK, "random", SOFT * MASK[1] / SOFT[MASK[1]].sum()),
+        ("Softmax, cold", FREE, "first", [1 / 3, 0, 1 / 3, 0, 1 / 3, 0]),
+        ("UCB", FREE, "random", [0, 0, 0, 1, 0, 0]),  # action 3 was never chosen
+        # Of the others, n is 9, 3, 2, 2 and t is 17: 2 + 1.5 sqrt(ln 17 / 2) = 3.79 is the most, of action 4.
+        ("UCB", MASK, "random", [0, 0, 0, 0, 1, 0]),
+        ("UCB, all untried", MASK, "random", [1 / 4, 1 / 4, 0, 0, 1 / 4, 1 / 4]),
+        ("UCB, all untried", MASK, "first", [1, 0, 0, 0, 0, 0]),
         # An agent of the team plays its greedy part with 0.7 + 0.3 / size: 0.8 of three, 0.85 of two.
         ("a team", FREE, "first", [0.8 * 0.85, 0.8 * 0.15, 0.1 * 0.85, 0.1 * 0.15, 0.1 * 0.85, 0.1 * 0.15]),
         # Greedy are (0, 0) and (2, 0), and the first agent may do 0 and 2 only.
         ("a team", MASK, "random", [0.5 * 0.85, 0.5 * 0.15, 0, 0, 0.5 * 0.85, 0.5 * 0.15]),
     ],
 )
-def test_probabilities_by_hand(name: str, action_mask: BoolArray | None, ties: str, expected: list[float]) -> None:
+def test_probabilities_by_hand(name: str, action_mask: BoolArray | None, ties: str, expected: Any) -> None:
     np.testing.assert_allclose(probabilities_of(acting(name, action_mask, ties)), expected, rtol=1e-12, atol=0)
 
 
@@ -128,6 +149,11 @@ def test_what_is_no_policy_is_refused(given: Any) -> None:
         (lambda: EpsilonGreedy(1.5), ParameterError, r"epsilon must be a number in \[0, 1\]; got 1.5"),
         (lambda: EpsilonGreedy("much"), ParameterTypeError, "epsilon must be .* got 'much'"),  # type: ignore[arg-type]  # wrong on purpose
         (lambda: EpsilonGreedy(Linear(1, 0, 5), 0.5), ParameterError, "epsilon is a schedule already"),
+        (lambda: Softmax(0.0), ParameterError, "temperature must be a finite number above 0; got 0.0"),
+        (lambda: Softmax(-1.0), ParameterError, "temperature must be a finite number above 0; got -1.0"),
+        (lambda: Softmax(Linear(9, 0, 5)), ParameterError, "temperature must stay above 0 in all episodes; Linear"),
+        (lambda: UCB(-0.1), ParameterError, "c must be a finite number of at least 0; got -0.1"),
+        (lambda: UCB(math.inf), ParameterError, "c must be a finite number of at least 0; got inf"),
         (lambda: OwnDistribution("chances", -1.0), ParameterError, r"epsilon must be a number in \[0, 1\]; got -1.0"),
     ],
 )
@@ -164,8 +190,17 @@ def test_greedy_learns_as_epsilon_0_does(learner: Any) -> None:
     assert greedy.q.any()
 
 
-@pytest.mark.parametrize("policy", [Greedy(), EpsilonGreedy(0.3, 0.9), EpsilonGreedy(Linear(0.9, 0.1, episodes=8))])
-@pytest.mark.parametrize("learner", [QLearning, Sarsa, TeamQ])
+@pytest.mark.parametrize(
+    ("learner", "policy"),
+    [
+        *((learner, EpsilonGreedy(0.3, 0.9)) for learner in (QLearning, Sarsa, TeamQ)),
+        (QLearning, EpsilonGreedy(Linear(0.9, 0.1, episodes=8))),
+        (QLearning, Greedy()),
+        (QLearning, Softmax(Linear(5.0, 0.1, episodes=8))),
+        (QLearning, UCB(2.0)),
+        (Sarsa, UCB(Linear(3.0, 0.0, episodes=8))),
+    ],
+)
 def test_a_policy_goes_into_a_file(learner: Any, policy: Policy, tmp_path: Path) -> None:
     problem = random_mdp(8, n_actions=6, n_outcomes=2, action_sizes=(3, 2))
     whole = learner(problem, policy=policy, seed=2, n_agents=2).learn(12)
@@ -188,6 +223,66 @@ def test_a_policy_of_ones_own_goes_into_no_file(tmp_path: Path) -> None:
         learner.save(tmp_path / "agent")
     with pytest.raises(ParameterError, match="only tuckerl's own policies"):
         QLearning(corridor(), policy=type("Greedy", (Own,), {})(), seed=1).save(tmp_path / "agent")
+
+
+# Softmax and upper confidence bounds
+
+RNG = np.random.default_rng(9)
+MASKED = TabularMDP(
+    RNG.integers(7, size=(7, 3)),
+    RNG.normal(size=(7, 3)),
+    RNG.random((7, 3)) < 0.08,
+    action_mask=[[True, state % 2 == 0, state % 3 > 0] for state in range(7)],
+    max_episode_steps=60,
+)
+
+
+@pytest.mark.parametrize("problem", [random_mdp(2, n_outcomes=3), MASKED], ids=["free", "masked"])
+@pytest.mark.parametrize(
+    ("policy", "slow"),
+    [(Softmax(0.7), partial(SoftmaxLearner, temperature=0.7)), (UCB(0.5), partial(UCBLearner, c=0.5))],
+    ids=["Softmax", "UCB"],
+)
+def test_policies_equal_their_twins(policy: Policy, slow: Any, problem: TabularMDP) -> None:
+    learner = QLearning(problem, alpha=0.3, gamma=0.9, policy=policy, n_agents=2, seed=5).learn(12)
+    for agent in range(2):
+        numbers = (0.3, 0.9, 0.0, 1.0, "random", np.zeros(learner.q[0].shape))
+        one = slow(world_of(problem), Stream(5, agent), *numbers)
+        steps = [one.episode(np.ones(problem.n_actions))[0] for _ in range(12)]
+        assert learner.steps[:, agent].tolist() == steps
+        assert learner.trajectories[agent].tolist() == one.trajectory
+        np.testing.assert_allclose(learner.q[agent], one.q, rtol=1e-9, atol=1e-9)
+
+
+def test_bounds_count_what_they_choose_and_nothing_else() -> None:
+    learner = QLearning(ONE, policy=UCB(1.0), n_agents=2, seed=1).learn(40)
+    for held in learner.declared:
+        assert held["ucb.choices"].sum() == 40
+        assert held["ucb.choices"].min() > 0
+    before = copy.deepcopy(learner.declared[0]["ucb.choices"])
+    learner.predict(np.zeros(50, dtype=np.int64), deterministic=False)
+    learner.evaluate(50, deterministic=False)
+    np.testing.assert_array_equal(learner.declared[0]["ucb.choices"], before)
+
+
+def test_worse_actions_are_chosen_as_often_as_the_bounds_say() -> None:
+    # Two actions that pay 0 and 1: the worse one is chosen whenever its bound, c sqrt(ln t / n), is above the other's.
+    bandit = TabularMDP([[0, 0]], [[0.0, 1.0]], [[True, True]])
+    for n in (500, 5000):
+        learner = QLearning(bandit, alpha=1.0, policy=UCB(3.0), seed=1).learn(n)
+        worse, better = learner.declared[0]["ucb.choices"][0].tolist()
+        bounds = 3.0 * np.sqrt(np.log(n) / worse), 1.0 + 3.0 * np.sqrt(np.log(n) / better)
+        assert bounds[0] == pytest.approx(bounds[1], rel=0.02)
+
+
+@pytest.mark.parametrize("share", ["max", "mean"])
+def test_counts_go_along_with_shared_tables(share: str) -> None:
+    step = TensorStep(every=5, ranks=(3, 3, 3, 2), weights="none", share=share)
+    learner = QLearning(random_mdp(3), policy=UCB(1.0), n_agents=3, tensor_step=step, seed=4).learn(5)
+    first, *others = (held["ucb.choices"] for held in learner.declared)
+    assert first.any()
+    for other in others:
+        np.testing.assert_array_equal(other, first)
 
 
 # A learner that has a distribution of its own

@@ -125,10 +125,18 @@ def test_random_predictions_use_the_present_epsilon() -> None:
 @pytest.mark.parametrize(
     ("make", "error", "message"),
     [
-        (lambda: Exponential(1.5), ParameterError, r"start must be a number in \[0, 1\]; got 1.5"),
+        (lambda: Exponential(-0.5), ParameterError, r"start must be a finite number of at least 0; got -0.5"),
         (lambda: Exponential(0.5, -0.1), ParameterError, r"decay must be a number in \[0, 1\]; got -0.1"),
-        (lambda: Exponential(0.5, 0.9, minimum=2), ParameterError, r"minimum must be .* got 2.0"),
-        (lambda: Linear(1, -1, 5), ParameterError, r"stop must be a number in \[0, 1\]; got -1.0"),
+        (lambda: Exponential(0.5, 0.9, minimum=-2), ParameterError, r"minimum must be .* got -2.0"),
+        (lambda: Linear(1, -1, 5), ParameterError, r"stop must be a finite number of at least 0; got -1.0"),
+        *(
+            (
+                lambda wrong=wrong: QLearning(PROBLEM, epsilon=wrong),
+                ParameterError,
+                r"epsilon must stay in \[0, 1\] in all episodes; .* does not",
+            )
+            for wrong in (Exponential(1.5), Exponential(0.5, 0.5, 1.5), Linear(0, 2, 5), Harmonic(3, 1))
+        ),
         (
             lambda: Linear(1, 0, 0),
             ParameterError,

@@ -31,6 +31,7 @@ LISTINGS = {
         "tuckerl.studies.environments:listed_environments", {"title": "Environment", "how": "How it is played"}, "Id"
     ),
     "scenarios": Listing("tuckerl.studies.scenarios:SCENARIOS", {"description": "Experiment"}),
+    "policies": Listing("tuckerl.training.policies:POLICIES", {"description": "How actions are chosen"}),
     "weights": Listing(
         "tuckerl.generalization.weights:WEIGHTINGS", {"description": "The learning rate of an action is multiplied by"}
     ),
@@ -63,7 +64,7 @@ def list_names(
         str, typer.Argument(help=f"{', '.join(LISTINGS)} or all; or an algorithm: its parameters.")
     ] = "all",
 ) -> None:
-    """List algorithms, environments, scenarios, weights and sharing rules by name; or an algorithm's parameters.
+    """List all that can be named: algorithms, environments, scenarios, policies, ...; or an algorithm's parameters.
 
     Tables on a terminal; elsewhere a line each, its columns apart by tabs and the name first.
     """

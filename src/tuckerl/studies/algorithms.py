@@ -50,7 +50,6 @@ STEP_PARAMETERS: tuple[str, ...] = tuple(field.name for field in fields(TensorSt
 _ELSEWHERE = {
     "n_agents": "give the number of agents with --agents",
     "seed": "give the seed with --seed",
-    "policy": "set epsilon; other policies are for Python",
     "tensor_step": f"set its own parameters: {', '.join(STEP_PARAMETERS)}",
 }
 

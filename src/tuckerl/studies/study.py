@@ -22,7 +22,7 @@ from tuckerl.generalization.weights import WEIGHTINGS
 from tuckerl.studies.assumptions import Assumption
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.training.learner import Learner
-from tuckerl.training.schedules import as_json
+from tuckerl.training.parameter_json import in_words
 
 FigureTextType = TypeVar("FigureTextType", bound=FigureText)
 
@@ -58,7 +58,7 @@ class Variant:
         step = self.tensor_step
         return {
             "learner": self.learner.__name__,
-            "parameters": {name: as_json(value) for name, value in self.parameters.items()},
+            "parameters": {name: in_words(value) for name, value in self.parameters.items()},
             "n_agents": self.n_agents,
             "tensor_step": None if step is None else {**vars(step), "ranks": list(step.ranks)},
         }

@@ -12,7 +12,7 @@ from tuckerl.errors import ParameterError
 from tuckerl.studies.algorithms import check_plays, named_algorithm, split_settings, tensor_step
 from tuckerl.studies.environments import bins_named, environment_specification
 from tuckerl.training.learner import Learner
-from tuckerl.training.schedules import as_json
+from tuckerl.training.parameter_json import in_words
 
 N_EPISODES = 1000
 FORMAT = 1
@@ -66,7 +66,7 @@ class TrainingConfig(NamedTuple):
             "format": FORMAT,
             "algorithm": self.algorithm,
             "environment": environment,
-            "settings": {name: as_json(value) for name, value in self.settings.items()},
+            "settings": {name: in_words(value) for name, value in self.settings.items()},
             "quantile_bins": self.quantile_bins,
             "agents": self.n_agents,
             "seed": self.seed,

@@ -22,7 +22,7 @@ from tuckerl.files import delete_unfinished, make_folder, write_whole
 from tuckerl.studies.folder_lock import FolderLock
 from tuckerl.studies.store import differences
 from tuckerl.training.learner import Learner
-from tuckerl.training.schedules import as_json
+from tuckerl.training.parameter_json import in_words
 
 AGENT, HISTORY, RUN = "agent.tuckerl", "history.parquet", "run.json"
 
@@ -190,7 +190,7 @@ def _identity(learner: Learner) -> dict[str, Any]:
     return {
         "played": learner.problem.kind,
         "learner": type(learner).__name__,
-        "parameters": {name: as_json(value) for name, value in learner.parameters.items()},
+        "parameters": {name: in_words(value) for name, value in learner.parameters.items()},
         "tensor_step": None if learner.tensor_step is None else vars(learner.tensor_step),
     }
 

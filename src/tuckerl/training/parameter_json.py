@@ -44,6 +44,11 @@ def to_json(name: str, value: Any) -> Any:
     )
 
 
+def in_words(value: Any) -> Any:
+    """Return a parameter as people and comparisons read it: schedules and policies by name and numbers."""
+    return _policy_to_json(value) if isinstance(value, Policy) else as_json(value)
+
+
 def of_json(value: Any) -> Any:
     """Return the value that `to_json` was given.
 

@@ -1,6 +1,7 @@
 """Learning rates and exploration that change from episode to episode: pure functions of the episode's number."""
 
 import dataclasses
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from tuckerl.types import FloatArray
 
 
 class Schedule(ABC):
-    """A number in [0, 1] for every episode."""
+    """A number from 0 for every episode; learning rates and probabilities must stay in [0, 1]."""
 
     @abstractmethod
     def values(self, n_episodes: int) -> FloatArray:
@@ -29,6 +30,11 @@ class Schedule(ABC):
     def is_positive(self) -> bool:
         """Whether the number stays above 0, however many episodes there are."""
         return False
+
+    @property
+    def highest(self) -> float:
+        """The largest number of all episodes, as far as is known."""
+        return math.inf
 
 
 class ScheduleValues:
@@ -100,8 +106,8 @@ def read_past(arrays: SavedArrays, n_episodes: int) -> dict[str, FloatArray]:
     """
     past = {name: arrays.take(name, np.float64, (range(n_episodes + 1),)) for name in list(arrays)}
     for name, numbers in past.items():
-        if not (np.isnan(numbers) | ((numbers >= 0.0) & (numbers <= 1.0))).all():
-            raise SavedFileError(f"the past numbers of {name!r:.60} must lie from 0 to 1")
+        if not (np.isnan(numbers) | ((numbers >= 0.0) & (numbers < math.inf))).all():
+            raise SavedFileError(f"the past numbers of {name!r:.60} must be finite and at least 0")
     return past
 
 
@@ -133,6 +139,11 @@ class Exponential(Schedule):
         """Whether there is a positive minimum, or rounding keeps the product at the smallest number above 0."""
         return self.minimum > 0.0 or (self.start > 0.0 and self.decay > 0.5)
 
+    @property
+    def highest(self) -> float:
+        """Its start, or the minimum where that is above it."""
+        return max(self.start, self.minimum)
+
 
 @dataclass(frozen=True)
 class Linear(Schedule):
@@ -160,6 +171,11 @@ class Linear(Schedule):
     def is_positive(self) -> bool:
         """Whether both ends are above 0."""
         return min(self.start, self.stop) > 0.0
+
+    @property
+    def highest(self) -> float:
+        """The larger end."""
+        return max(self.start, self.stop)
 
 
 @dataclass(frozen=True)
@@ -192,6 +208,11 @@ class Harmonic(Schedule):
         """Whether it is still above 0, as floats are rounded, after more episodes than can be asked for."""
         return self.start / (1.0 + 2.0**63 / self.half_after) > 0.0
 
+    @property
+    def highest(self) -> float:
+        """Its start."""
+        return self.start
+
 
 SCHEDULES = {kind.__name__: kind for kind in (Exponential, Linear, Harmonic)}
 
@@ -211,31 +232,36 @@ def _check_numbers(schedule: Any) -> None:
         elif field.name == "half_after":
             checked = check_real(field.name, value, 0.0, low_open=True)
         else:
-            checked = check_real(field.name, value, 0.0, 1.0)
+            checked = check_real(field.name, value, 0.0, 1.0 if field.name == "decay" else math.inf)
         object.__setattr__(schedule, field.name, checked)
 
 
-def as_schedule(name: str, value: object, decay: float = 1.0, *, positive: bool = False) -> Schedule:
+def as_schedule(
+    name: str, value: object, decay: float = 1.0, *, positive: bool = False, highest: float = 1.0
+) -> Schedule:
     """Return a number, which may decay, or a schedule as a schedule.
 
     Parameters
     ----------
     name : str
         For messages.
-    value : float in [0, 1] or Schedule
+    value : float or Schedule
+        From 0 to `highest`.
     decay : float
         Multiplies a number after each episode.
     positive : bool
         Whether 0 is impossible, in whichever episode: for numbers that something is divided by.
+    highest : float
+        The largest number that is possible.
 
     Raises
     ------
     ParameterError, ParameterTypeError
-        If it is neither a number in [0, 1] nor one of these schedules, a schedule is to decay on top, or one falls to 0
-        where 0 is impossible.
+        If it is neither a number in this range nor one of these schedules, a schedule is to decay on top, or one leaves
+        the range.
     """
     if not isinstance(value, Schedule):
-        return Exponential(check_real(name, value, 0.0, 1.0, low_open=positive), decay)
+        return Exponential(check_real(name, value, 0.0, highest, low_open=positive), decay)
     if type(value) not in SCHEDULES.values():  # no file could hold it
         known = ", ".join(f"tuckerl.{kind}" for kind in SCHEDULES)
         raise ParameterTypeError(f"{name} must be a number or one of the schedules {known}; got {shown(value)}")
@@ -243,6 +269,8 @@ def as_schedule(name: str, value: object, decay: float = 1.0, *, positive: bool 
         raise ParameterError(
             f"{name} must stay above 0 in all episodes; {shown(value)} falls to 0: give it an end above 0"
         )
+    if value.highest > highest:
+        raise ParameterError(f"{name} must stay in [0, {highest:g}] in all episodes; {shown(value)} does not")
     if check_real(f"{name}_decay", decay, 0.0, 1.0) != 1.0:
         raise ParameterError(f"{name} is a schedule already: leave {name}_decay at 1; got {decay}")
     return value

@@ -21,6 +21,8 @@ POLICIES = {
         f"{__name__}.epsilon_greedy", "a random action with probability epsilon, else a greedy one"
     ),
     "Greedy": PolicyEntry(f"{__name__}.greedy", "an action of the largest value"),
+    "Softmax": PolicyEntry(f"{__name__}.softmax", "drawn by exp(Q / temperature)"),
+    "UCB": PolicyEntry(f"{__name__}.ucb", "an action of the largest upper confidence bound, by counts of its choices"),
     "OwnDistribution": PolicyEntry(
         f"{__name__}.own_distribution", "drawn from the distribution that the algorithm learns"
     ),
