@@ -11,12 +11,17 @@ from tuckerl.environments.cart_pole import cart_pole as cart_pole
 from tuckerl.environments.robot_rescue import robot_rescue as robot_rescue
 from tuckerl.generalization.step import TensorStep as TensorStep
 from tuckerl.generalization.weights import action_weights as action_weights
+from tuckerl.learners.double_q_learning import DoubleQLearning as DoubleQLearning
 from tuckerl.learners.dyna_h import DynaH as DynaH
+from tuckerl.learners.expected_sarsa import ExpectedSarsa as ExpectedSarsa
 from tuckerl.learners.loading import load as load
+from tuckerl.learners.monte_carlo import MonteCarlo as MonteCarlo
+from tuckerl.learners.n_step_sarsa import NStepSarsa as NStepSarsa
 from tuckerl.learners.q_learning import QLearning as QLearning
 from tuckerl.learners.sarsa import Sarsa as Sarsa
 from tuckerl.learners.sarsa_lambda import SarsaLambda as SarsaLambda
 from tuckerl.learners.team_q import TeamQ as TeamQ
+from tuckerl.learners.tree_backup import TreeBackup as TreeBackup
 from tuckerl.problems.maze import Maze as Maze
 from tuckerl.problems.maze import random_maze as random_maze
 from tuckerl.problems.maze import sutton_maze as sutton_maze
@@ -49,10 +54,12 @@ __all__ = [
     "Callback",
     "Checkpoint",
     "CsvLog",
+    "DoubleQLearning",
     "DynaH",
     "EpsilonGreedy",
     "Evaluate",
     "Evaluation",
+    "ExpectedSarsa",
     "Exponential",
     "Greedy",
     "Harmonic",
@@ -60,6 +67,8 @@ __all__ = [
     "JsonLinesLog",
     "Linear",
     "Maze",
+    "MonteCarlo",
+    "NStepSarsa",
     "OwnDistribution",
     "QLearning",
     "Sarsa",
@@ -72,6 +81,7 @@ __all__ = [
     "TeamQ",
     "TensorBoard",
     "TensorStep",
+    "TreeBackup",
     "TuckerDecomposition",
     "__version__",
     "action_weights",

@@ -171,12 +171,18 @@ _TEAM: dict[str, Sequence[Make]] = {
     "exploration": these("independent", "joint"),
     "team_reward": these("mean", "sum"),
 }
+_AHEAD: dict[str, Sequence[Make]] = {"n": these(1, 3, 1_000_000)}
 _LEARNERS: list[tuple[Any, dict[str, Sequence[Make]]]] = [
     (tuckerl.QLearning, {}),
     (tuckerl.Sarsa, {}),
     (tuckerl.SarsaLambda, _TRACES),
     (tuckerl.DynaH, _PLANS),
     (tuckerl.TeamQ, _TRACES | _TEAM | {"env": [rescue, lambda: rescue, mdp]}),
+    (tuckerl.ExpectedSarsa, {}),
+    (tuckerl.DoubleQLearning, {}),
+    (tuckerl.NStepSarsa, _AHEAD),
+    (tuckerl.TreeBackup, _AHEAD | {"target": these("greedy", "policy")}),
+    (tuckerl.MonteCarlo, {"visits": these("first", "every"), "alpha": [*these(None), *NUMBERS]}),
 ]
 
 

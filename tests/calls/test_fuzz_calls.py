@@ -22,7 +22,7 @@ def test_calls_follow_from_their_numbers() -> None:
 def test_odd_calls_work_or_are_refused_by_name() -> None:
     figures = try_calls(0, 120)
     assert figures.failures == {}
-    assert figures.outcomes[WORKED] > 10, "not everything that is odd is wrong"
+    assert figures.outcomes[WORKED] > 5, "not everything that is odd is wrong"
     assert figures.outcomes[REFUSED] > 60
 
 

@@ -32,19 +32,19 @@ class Addition(NamedTuple):
 
 
 ADDITIONS = {
-    "double Q-learning": Addition(
-        "double_q_learning.py",
+    "clipped double Q-learning": Addition(
+        "clipped_double_q.py",
         "learners",
         "learners/__init__.py",
         "LEARNERS = (",
-        '    LearnerEntry("DoubleQLearning", "tuckerl.learners.double_q_learning", "Double Q-learning", "Hasselt"),',
+        '    LearnerEntry("ClippedDoubleQ", "tuckerl.learners.clipped_double_q", "Clipped double Q", "Fujimoto"),',
     ),
-    "expected SARSA": Addition(
-        "expected_sarsa.py",
+    "soft SARSA": Addition(
+        "soft_sarsa.py",
         "learners",
         "learners/__init__.py",
         "LEARNERS = (",
-        '    LearnerEntry("ExpectedSarsa", "tuckerl.learners.expected_sarsa", "Expected SARSA", "Seijen et al."),',
+        '    LearnerEntry("SoftSarsa", "tuckerl.learners.soft_sarsa", "Soft SARSA", "Haarnoja et al. 2018"),',
     ),
     "WoLF-PHC": Addition(
         "wolf_phc.py",
@@ -143,19 +143,19 @@ def test_each_takes_one_line_outside_of_its_file(copy: Path) -> None:
 
 
 @pytest.mark.long  # a page's example runs them in every run of the tests, for one of these
-@pytest.mark.parametrize("learner", ["DoubleQLearning", "ExpectedSarsa", "WolfPhc"])
+@pytest.mark.parametrize("learner", ["ClippedDoubleQ", "SoftSarsa", "WolfPhc"])
 def test_a_learner_passes_the_checks(learner: str, run: Run) -> None:
     run("-c", f"import tuckerl; tuckerl.testing.check_learner(tuckerl.{learner})")
 
 
 def test_commands_know_the_learners_and_their_t_versions(run: Run) -> None:
     listed = {line.split("\t")[0] for line in run("-m", "tuckerl", "list", "algorithms").splitlines()}
-    names = ("double-q-learning", "expected-sarsa", "wolf-phc")
+    names = ("clipped-double-q", "soft-sarsa", "wolf-phc")
     assert {*names, *(f"t-{name}" for name in names)} <= listed
     options = ("--episodes", "20", "--evaluate", "2", "--out", "kept")
-    run("-m", "tuckerl", "train", "t-double-q-learning", "FrozenLake-v1", *options)
+    run("-m", "tuckerl", "train", "t-clipped-double-q", "FrozenLake-v1", *options)
     played = run("-m", "tuckerl", "evaluate", "kept/agent.tuckerl")
-    assert "DoubleQLearning with a tensor step on FrozenLake-v1" in played
+    assert "ClippedDoubleQ with a tensor step on FrozenLake-v1" in played
 
 
 WOLF = """
@@ -185,7 +185,7 @@ def test_a_distribution_that_is_learned_is_what_is_played(run: Run) -> None:
 
 MAX_BOLTZMANN = """
 import numpy as np, tuckerl
-for kind in (tuckerl.SarsaLambda, tuckerl.ExpectedSarsa):
+for kind in (tuckerl.SarsaLambda, tuckerl.SoftSarsa):
     agent = kind("FrozenLake-v1", policy=tuckerl.MaxBoltzmann(0.5, tuckerl.Linear(1.0, 0.1, 50)), seed=0)
     agent.learn(60).save("agent.tuckerl")
     again = tuckerl.load("agent.tuckerl")

@@ -50,8 +50,18 @@ LEARNERS: list[tuple[type[Learner], dict[str, Any]]] = [
     (tuckerl.SarsaLambda, {"lambda_": 0.8, "trace": "accumulating"}),
     (tuckerl.SarsaLambda, {"carry_trace": True}),
     (tuckerl.TeamQ, {}),
+    (tuckerl.NStepSarsa, {"n": 3}),
 ]
-SLOWER: list[tuple[type[Learner], dict[str, Any]]] = [(tuckerl.DynaH, {"planning_steps": 5}), (ExpectedSarsa, {})]
+SLOWER: list[tuple[type[Learner], dict[str, Any]]] = [
+    (tuckerl.DynaH, {"planning_steps": 5}),
+    (ExpectedSarsa, {}),
+    (tuckerl.ExpectedSarsa, {}),
+    (tuckerl.DoubleQLearning, {}),
+    (tuckerl.TreeBackup, {"n": 3}),
+    (tuckerl.TreeBackup, {"n": 3, "target": "policy"}),
+    (tuckerl.MonteCarlo, {}),
+    (tuckerl.MonteCarlo, {"visits": "every"}),
+]
 
 
 @pytest.mark.parametrize(

@@ -77,5 +77,17 @@ LEARNERS = (
         "Littman 2001, with Watkins' Q(λ) 1989; the paper's section IV.C",
         TVersion("team-tq", "Team-TQ", "the paper's section IV.C", "max"),
     ),
+    LearnerEntry(
+        "ExpectedSarsa",
+        "tuckerl.learners.expected_sarsa",
+        "Expected SARSA",
+        "van Seijen et al. 2009; Sutton and Barto 6.6",
+    ),
+    LearnerEntry("DoubleQLearning", "tuckerl.learners.double_q_learning", "Double Q-learning", "van Hasselt 2010"),
+    LearnerEntry("NStepSarsa", "tuckerl.learners.n_step_sarsa", "n-step SARSA", "Sutton and Barto 2018, section 7.2"),
+    LearnerEntry("TreeBackup", "tuckerl.learners.tree_backup", "Tree backup", "Precup, Sutton and Singh 2000"),
+    LearnerEntry(
+        "MonteCarlo", "tuckerl.learners.monte_carlo", "Monte Carlo", "Sutton and Barto 2018, sections 5.3-5.4"
+    ),
 )
 """All learners, in the order in which they are listed."""

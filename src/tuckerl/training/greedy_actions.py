@@ -34,13 +34,33 @@ def greedy_value(agent: AgentArrays, state: int) -> float:
 def greedy_action(agent: AgentArrays, state: int) -> int:
     """Return an action of the largest value among those that may be taken."""
     best, first, ties = maximum(agent.maxima, agent, state)
+    return _one_of(agent.q, agent, state, best, first, ties)
+
+
+@kernel
+def greedy_action_of(q: FloatArray, agent: AgentArrays, state: int) -> int:
+    """Return an action of the largest value among those that the agent may take, of any table.
+
+    Parameters
+    ----------
+    q : (S, A) float64
+    agent : AgentArrays
+    state : int
+    """
+    best, _, first, ties = largest_allowed(q, agent.action_mask, state)
+    return _one_of(q, agent, state, best, first, ties)
+
+
+@kernel
+def _one_of(q: FloatArray, agent: AgentArrays, state: int, best: float, first: int, ties: int) -> int:
+    """Return the first or, where ties are random, any of the actions whose value in `q` (S, A) is the best."""
     if ties <= 1 or not agent.settings.random_ties:
         return first
     skip = below(ties, agent.rng)
     action = first
-    while skip > 0 and action < agent.q.shape[1] - 1:
+    while skip > 0 and action < q.shape[1] - 1:
         action += 1
-        skip -= agent.q[state, action] == best and is_allowed(agent, state, action)
+        skip -= q[state, action] == best and is_allowed(agent, state, action)
     return action
 
 

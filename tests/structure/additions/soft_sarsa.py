@@ -1,6 +1,7 @@
-"""Expected SARSA (Sutton and Barto 2018, section 6.6): the mean over what the policy may do next."""
+"""Soft SARSA: soft policy evaluation (Haarnoja et al., ICML 2018) in a table, with a bonus for entropy."""
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,21 +15,23 @@ from tuckerl.training.policies.policy import write_probabilities
 from tuckerl.types import FloatArray
 
 
-class ExpectedSarsaState(NamedTuple):
-    """Room for the policy's probabilities."""
+class SoftSarsaState(NamedTuple):
+    """Room for the policy's probabilities, and what its entropy is worth."""
 
     probabilities: FloatArray  # (A,) overwritten at every step
+    bonus: float
 
 
 @kernel
-def update(algorithm: ExpectedSarsaState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
+def update(algorithm: SoftSarsaState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
     """Learn from a step and what the policy would do next; ``agent.q`` (S, A) changes at the state and action."""
     q, state, action = agent.q, transition.state, transition.action
     write_probabilities(agent.policy, agent, transition.next_state, algorithm.probabilities)
     expected = 0.0
     for other in range(q.shape[1]):
-        if algorithm.probabilities[other] > 0.0:
-            expected += algorithm.probabilities[other] * q[transition.next_state, other]
+        p = algorithm.probabilities[other]
+        if p > 0.0:
+            expected += p * (q[transition.next_state, other] - algorithm.bonus * math.log(p))
     record_change(agent.log, state)
     q[state, action] += agent.step_sizes[action] * (
         transition.reward + transition.discount * expected - q[state, action]
@@ -36,13 +39,21 @@ def update(algorithm: ExpectedSarsaState, agent: AgentArrays, transition: Transi
     return np.isfinite(q[state, action])
 
 
-register_algorithm(ExpectedSarsaState, update=update)
+register_algorithm(SoftSarsaState, update=update)
 
 
-class ExpectedSarsa(Learner):
-    """Expected SARSA for one agent or several."""
+class SoftSarsa(Learner):
+    """Soft SARSA for one agent or several, whose policy is paid `bonus` for each nat of its entropy."""
 
-    state_type = ExpectedSarsaState
+    state_type = SoftSarsaState
+
+    def __init__(self, env: Any, *, bonus: float = 0.01, **parameters: Any) -> None:
+        self.bonus = bonus
+        super().__init__(env, **parameters)
+
+    def constants(self) -> dict[str, Any]:
+        """Return what entropy is worth."""
+        return {"bonus": self.bonus}
 
     def declare_state(self) -> tuple[DeclaredArray, ...]:
         """Return the room, which nobody shares."""

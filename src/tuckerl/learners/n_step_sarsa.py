@@ -1,0 +1,143 @@
+r"""n-step SARSA: an entry moves towards n rewards and the value of the pair that comes after them.
+
+.. math::
+    G = \sum_{k=1}^{n} \gamma^{k-1} r_{t+k} + \gamma^n Q(s_{t+n}, a_{t+n}), \qquad
+    Q(s_t, a_t) \leftarrow Q(s_t, a_t) + \alpha\,\omega(a_t) [G - Q(s_t, a_t)]
+
+n steps later; at the end of an episode, for all pairs that are left. (Sutton and Barto 2018, section 7.2.)
+
+The sum costs the same for every n. Steps come in blocks of n, a slot of a ring for each. When a block is full, its
+rewards are summed from each slot to the block's end; those of the next block are summed as they come. The n rewards
+since a slot are the one sum and, discounted, the other.
+"""
+
+from typing import Any, NamedTuple, Unpack
+
+import numpy as np
+
+from tuckerl._jit import kernel
+from tuckerl.adapters.resolve import Environment
+from tuckerl.checks import check_int
+from tuckerl.generalization.change_log import record_change
+from tuckerl.learners.recent_steps import COUNT, MOST_STEPS, PLACE, RecentSteps, no_steps
+from tuckerl.training.agent_arrays import AgentArrays, Transition
+from tuckerl.training.algorithm import register_algorithm
+from tuckerl.training.declared_state import Declaration, DeclaredArray, DeclaredRecord
+from tuckerl.training.learner import Learner
+from tuckerl.training.parameters import LearnerParameters
+from tuckerl.training.row_maxima import change_value
+from tuckerl.types import FloatArray
+
+
+class NStepSarsaState(NamedTuple):
+    """The steps that are waited for, and sums of their rewards."""
+
+    steps: RecentSteps  # N = n; their `reward`: of the block before, the discounted sums from each to the block's end
+    block: FloatArray  # (1,) the discounted sum of the present block's rewards
+    powers: FloatArray  # (N + 1,) gamma to the power of 0 to N
+
+
+@kernel
+def _sum_back(reward: FloatArray, gamma: float, n: int) -> None:
+    """Let the first `n` entries of `reward` (N,) be the discounted sums from each of them to the last one."""
+    for place in range(n - 2, -1, -1):
+        reward[place] += gamma * reward[place + 1]
+
+
+@kernel
+def _learn(
+    algorithm: NStepSarsaState, agent: AgentArrays, transition: Transition, next_action: int, n_steps: int
+) -> bool:
+    """Move the value in ``agent.q`` (S, A) of the pair with which the latest `n_steps` began."""
+    steps, powers, q = algorithm.steps, algorithm.powers, agent.q
+    place = steps.cursor[PLACE] - n_steps
+    target = 0.0
+    if place < 0:  # in the block before
+        place += steps.reward.size
+        target = powers[steps.reward.size - place] * algorithm.block[0]
+    target += steps.reward[place]
+    target += powers[n_steps - 1] * transition.discount * q[transition.next_state, next_action]
+    state, action = steps.state[place], steps.action[place]
+    record_change(agent.log, state)
+    value = q[state, action]
+    value += agent.step_sizes[action] * (target - value)
+    change_value(agent, state, action, value)
+    return np.isfinite(value)
+
+
+@kernel
+def update(algorithm: NStepSarsaState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
+    """Learn from the step of n steps ago, and at an end from all that are left; ``agent.q`` (S, A) changes."""
+    steps, block, n = algorithm.steps, algorithm.block, algorithm.steps.reward.size
+    place, count = steps.cursor[PLACE], min(steps.cursor[COUNT] + 1, n)
+    steps.state[place], steps.action[place] = transition.state, transition.action
+    steps.reward[place] = transition.reward
+    block[0] += algorithm.powers[place] * transition.reward
+    place += 1
+    if place == n or transition.ended:
+        _sum_back(steps.reward, agent.settings.gamma, place)
+    if place == n:
+        place, block[0] = 0, 0.0
+    steps.cursor[PLACE], steps.cursor[COUNT] = place, count
+    if count == n and not _learn(algorithm, agent, transition, next_action, n):
+        return False
+    if transition.ended:
+        for n_left in range(min(count, n - 1), 0, -1):
+            if not _learn(algorithm, agent, transition, next_action, n_left):
+                return False
+        steps.cursor[PLACE], steps.cursor[COUNT], block[0] = 0, 0, 0.0
+    return True
+
+
+register_algorithm(NStepSarsaState, update=update, on_policy=True, keeps_maxima=True)
+
+
+class NStepSarsa(Learner):
+    """n-step SARSA for one agent or several, each in its own copy of the problem.
+
+    Parameters
+    ----------
+    env
+        As for every :class:`~tuckerl.training.learner.Learner`, whose other parameters hold too.
+    n : int
+        How many rewards an update looks ahead: from 1, which is SARSA, to a million. As many as an episode has steps
+        are a Monte Carlo method.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError
+        If `n` is not such a number.
+
+    References
+    ----------
+    Sutton and Barto, *Reinforcement Learning*, 2018, section 7.2; Watkins, *Learning from Delayed Rewards*, 1989.
+
+    Examples
+    --------
+    >>> import tuckerl
+    >>> agent = tuckerl.NStepSarsa(tuckerl.sutton_maze(), n=8, alpha=0.2, seed=0).learn(episodes=50)
+    >>> agent.steps.shape
+    (50, 1)
+    """
+
+    state_type = NStepSarsaState
+
+    def __init__(self, env: Environment, *, n: int = 4, **parameters: Unpack[LearnerParameters]) -> None:
+        self.n = check_int("n", n, 1, MOST_STEPS)
+        super().__init__(env, **parameters)
+
+    def declare_state(self) -> tuple[Declaration, ...]:
+        """Return the steps that are waited for, of which none is left between two episodes."""
+        n = self._n_waited_for()
+        return (
+            DeclaredRecord("steps", "none", lambda n_states, n_actions: no_steps(n)),
+            DeclaredArray("block", "none", (1,)),
+        )
+
+    def constants(self) -> dict[str, Any]:
+        """Return the powers of gamma."""
+        return {"powers": self.gamma ** np.arange(self._n_waited_for() + 1)}
+
+    def _n_waited_for(self) -> int:
+        """Return `n`, or fewer steps where no episode has so many: this comes to the same."""
+        return min(self.n, self.problem.max_episode_steps or self.n)

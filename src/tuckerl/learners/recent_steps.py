@@ -1,0 +1,44 @@
+"""The steps of an episode that an update still needs, for learners that wait before they learn from a step."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tuckerl.saved_arrays import SavedArrays
+from tuckerl.types import FloatArray, IntArray, StateArray
+
+MOST_STEPS = 1_000_000
+"""How many steps may be waited for: that many take 16 MB for each agent."""
+
+PLACE, COUNT = 0, 1
+
+
+class RecentSteps(NamedTuple):
+    """One agent's latest N steps in a ring, which is empty between two episodes: so it is neither saved nor shared."""
+
+    state: StateArray  # (N,)
+    action: StateArray  # (N,)
+    reward: FloatArray  # (N,) what came after them
+    cursor: IntArray  # (2,) where the next step goes, and how many steps there are
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return nothing: what was waited for has been learned from, as this is called between two episodes."""
+        return {}
+
+    def set_arrays(self, arrays: SavedArrays) -> None:
+        """Be as between two episodes, also in the middle of one that is broken off."""
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all steps."""
+        self.cursor[:] = 0
+
+
+def no_steps(capacity: int) -> RecentSteps:
+    """Return room for so many steps."""
+    return RecentSteps(
+        state=np.zeros(capacity, dtype=np.uint32),
+        action=np.zeros(capacity, dtype=np.uint32),
+        reward=np.zeros(capacity),
+        cursor=np.zeros(2, dtype=np.int64),
+    )
