@@ -13,6 +13,8 @@ from tuckerl.generalization.step import TensorStep as TensorStep
 from tuckerl.generalization.weights import action_weights as action_weights
 from tuckerl.learners.double_q_learning import DoubleQLearning as DoubleQLearning
 from tuckerl.learners.dyna_h import DynaH as DynaH
+from tuckerl.learners.dyna_q import DynaQ as DynaQ
+from tuckerl.learners.dyna_q_plus import DynaQPlus as DynaQPlus
 from tuckerl.learners.expected_sarsa import ExpectedSarsa as ExpectedSarsa
 from tuckerl.learners.loading import load as load
 from tuckerl.learners.monte_carlo import MonteCarlo as MonteCarlo
@@ -56,6 +58,8 @@ __all__ = [
     "CsvLog",
     "DoubleQLearning",
     "DynaH",
+    "DynaQ",
+    "DynaQPlus",
     "EpsilonGreedy",
     "Evaluate",
     "Evaluation",

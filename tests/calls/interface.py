@@ -177,6 +177,8 @@ _LEARNERS: list[tuple[Any, dict[str, Sequence[Make]]]] = [
     (tuckerl.Sarsa, {}),
     (tuckerl.SarsaLambda, _TRACES),
     (tuckerl.DynaH, _PLANS),
+    (tuckerl.DynaQ, {"planning_steps": these(0, 5)}),
+    (tuckerl.DynaQPlus, {"planning_steps": these(0, 5), "kappa": these(0.0, 0.1)}),
     (tuckerl.TeamQ, _TRACES | _TEAM | {"env": [rescue, lambda: rescue, mdp]}),
     (tuckerl.ExpectedSarsa, {}),
     (tuckerl.DoubleQLearning, {}),

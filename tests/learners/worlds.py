@@ -6,6 +6,7 @@ from typing import Any, cast
 import numpy as np
 
 from tests.reference.dyna_h import DynaHLearner
+from tests.reference.dyna_q import DynaQLearner, DynaQPlusLearner
 from tests.reference.q_learning import QLearner, Table, World
 from tests.reference.rng import Stream
 from tests.reference.sarsa import SarsaLearner
@@ -303,3 +304,15 @@ def team_twin(
         sizes=sizes,
         cut_traces=cut_traces,
     )
+
+
+def dyna_q_twin(problem: TabularMDP | Simulator, *, planning_steps: int = 10, **settings: Any) -> DynaQLearner:
+    """The twin of ``DynaQ(problem, ...)``'s agent."""
+    return DynaQLearner(*_common(problem, **settings), planning_steps=planning_steps)
+
+
+def dyna_q_plus_twin(
+    problem: TabularMDP | Simulator, *, planning_steps: int = 10, kappa: float = 1e-3, **settings: Any
+) -> DynaQPlusLearner:
+    """The twin of ``DynaQPlus(problem, ...)``'s agent."""
+    return DynaQPlusLearner(*_common(problem, **settings), planning_steps=planning_steps, kappa=kappa)

@@ -51,9 +51,11 @@ LEARNERS: list[tuple[type[Learner], dict[str, Any]]] = [
     (tuckerl.SarsaLambda, {"carry_trace": True}),
     (tuckerl.TeamQ, {}),
     (tuckerl.NStepSarsa, {"n": 3}),
+    (tuckerl.DynaQPlus, {"planning_steps": 3}),
 ]
 SLOWER: list[tuple[type[Learner], dict[str, Any]]] = [
     (tuckerl.DynaH, {"planning_steps": 5}),
+    (tuckerl.DynaQ, {"planning_steps": 5}),
     (ExpectedSarsa, {}),
     (tuckerl.ExpectedSarsa, {}),
     (tuckerl.DoubleQLearning, {}),

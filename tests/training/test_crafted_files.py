@@ -121,11 +121,11 @@ def put(value: Any, place: Any = 0) -> Callable[[np.ndarray], None]:
         ("agents/0/arrays/model.observed", put(4), "the observed states of a model"),
         ("agents/0/arrays/model.n_observed", put(9), "model.n_observed must be at least 0 and at most 5"),
         ("agents/0/arrays/model.distance", put(np.nan, slice(None)), "the farthest actions of a model"),
-        ("agents/0/arrays/model.outcome", lambda a: a["next_state"].__setitem__(slice(None), 5), "actions of a model"),
+        ("agents/0/arrays/model.outcome", lambda a: a["next_state"].__setitem__(slice(None), 5), "outcomes of a model"),
         (
             "agents/0/arrays/model.outcome",
             lambda a: np.put(a["discount"], np.flatnonzero(a["discount"])[:1], 2.0),  # one of many
-            "actions of a model",
+            "outcomes of a model must lead to states",
         ),
     ],
 )

@@ -70,6 +70,10 @@ LEARNERS = (
         f"Santos, Martin H. and Lopez 2011; {_PAPER} 6",
         TVersion("dyna-ht", "DYNA-HT", f"{_PAPER} 7", "max"),
     ),
+    LearnerEntry("DynaQ", "tuckerl.learners.dyna_q", "Dyna-Q", "Sutton 1990; Sutton and Barto 2018, section 8.2"),
+    LearnerEntry(
+        "DynaQPlus", "tuckerl.learners.dyna_q_plus", "Dyna-Q+", "Sutton 1990; Sutton and Barto 2018, section 8.3"
+    ),
     LearnerEntry(
         "TeamQ",
         "tuckerl.learners.team_q",

@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int, check_name
-from tuckerl.errors import ImmutableError, ProblemError, SavedFileError
+from tuckerl.errors import ProblemError, SavedFileError
 from tuckerl.generalization.change_log import record_change
+from tuckerl.learners.latest_outcomes import OUTCOME, check_outcomes, keep_outcome, revised_discounts
 from tuckerl.learners.q_learning import move_towards_target
 from tuckerl.problems.immutable import read_only
 from tuckerl.problems.parts import check_heuristic
@@ -36,11 +37,6 @@ class SearchControl(IntEnum):
     TRAJECTORY = 0  # at the current state, then where the last planned step led
     RESTART = 1  # at the current state every time
     RANDOM = 2  # at a random observed state every time
-
-
-# The latest outcome of a pair; the discount is 0 where the return ended. One record instead of three arrays: a planning
-# step then finds its place in memory once, which is a third of its time.
-OUTCOME = np.dtype([("reward", np.float64), ("discount", np.float64), ("next_state", np.uint32)], align=True)
 
 
 class DynaHState(NamedTuple):
@@ -75,9 +71,7 @@ def remember(model: DynaHState, transition: Transition) -> None:
         model.n_observed[0] += 1
         for other in range(model.distance.shape[1]):
             model.distance[state, other] = -np.inf
-    outcome = model.outcome[state, action]  # by name in brackets, so that it works uncompiled, too
-    outcome["reward"], outcome["discount"] = transition.reward, transition.discount
-    outcome["next_state"] = next_state
+    keep_outcome(model.outcome, transition)
     if model.distance[state, action] != model.heuristic[next_state]:
         model.distance[state, action] = model.heuristic[next_state]
         _, _, model.farthest[state], model.n_farthest[state] = largest_entries(model.distance, state)
@@ -230,14 +224,12 @@ class DynaH(Learner):
         modelled = distance > -np.inf
         farthest = distance.max(axis=1, keepdims=True) == distance
         known = outcome[modelled]
+        check_outcomes(known, self.problem.n_states)
         is_sound = (
             not np.isnan(distance).any()
             and np.array_equal(farthest.sum(axis=1), count[states])
             and np.array_equal(farthest.argmax(axis=1), declared["model.farthest"][states])
             and modelled.any(axis=1).all()
-            and (known["next_state"] < self.problem.n_states).all()
-            and np.isfinite(known["reward"]).all()
-            and ((known["discount"] >= 0.0) & (known["discount"] <= 1.0)).all()
         )
         if not is_sound or not np.array_equal(distance[modelled], self.heuristic[known["next_state"]]):
             raise SavedFileError("the farthest actions of a model must be those of its outcomes")
@@ -251,19 +243,13 @@ class DynaH(Learner):
             If ends must be told from other steps, which a model with one discount for both cannot do.
         """
         known = [held["model.observed"][: held["model.n_observed"][0]] for held in self.declared]
-        is_told, must_be_told = (held.gamma != held.terminal_discount for held in (before, now))
-        if must_be_told and not is_told and any(map(len, known)):
-            raise ImmutableError(
-                f"gamma {now.gamma:g} cannot follow {before.gamma:g} without bootstrap_terminal: the models hold one "
-                "discount for ends and for other steps, and cannot tell them apart; make a new learner"
-            )
-        for held, states in zip(self.declared, known, strict=True):
-            outcome, distance = held["model.outcome"], held["model.distance"]
+        outcomes = [held["model.outcome"][states] for held, states in zip(self.declared, known, strict=True)]
+        discounts = [revised_discounts(outcome["discount"], before, now) for outcome in outcomes]
+        for held, states, outcome, revised in zip(self.declared, known, outcomes, discounts, strict=True):
+            distance = held["model.distance"]
             modelled = distance[states] > -np.inf
-            ends = is_told & (outcome["discount"][states] != before.gamma)
-            discounts = np.where(ends, now.terminal_discount, now.gamma)
-            outcome["discount"][states] = np.where(modelled, discounts, 0.0)
-            distance[states] = np.where(modelled, self.heuristic[outcome["next_state"][states]], -np.inf)
+            held["model.outcome"]["discount"][states] = np.where(modelled, revised, 0.0)
+            distance[states] = np.where(modelled, self.heuristic[outcome["next_state"]], -np.inf)
             farthest = distance[states].max(axis=1, keepdims=True)
             held["model.farthest"][states] = distance[states].argmax(axis=1)
             held["model.n_farthest"][states] = (distance[states] == farthest).sum(axis=1)
