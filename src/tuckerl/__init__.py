@@ -35,7 +35,7 @@ _HOMES = {
     "StopOnReturn": "tuckerl.training.callbacks.stop_on_return",
     "TabularMDP": "tuckerl.problems.mdp",
     "TensorBoard": "tuckerl.training.callbacks.tensorboard",
-    "TensorStep": "tuckerl.generalization.step",
+    "TensorStep": "tuckerl.generalization.tensor_step",
     "TuckerDecomposition": "tuckerl.tensor",
     "action_weights": "tuckerl.generalization.weights",
     "cart_pole": "tuckerl.environments.cart_pole",

@@ -9,7 +9,7 @@ from tuckerl.adapters.quantiles import quantile_edges as quantile_edges
 from tuckerl.adapters.split import SplitEnv as SplitEnv
 from tuckerl.environments.cart_pole import cart_pole as cart_pole
 from tuckerl.environments.robot_rescue import robot_rescue as robot_rescue
-from tuckerl.generalization.step import TensorStep as TensorStep
+from tuckerl.generalization.tensor_step import TensorStep as TensorStep
 from tuckerl.generalization.weights import action_weights as action_weights
 from tuckerl.learners.double_q_learning import DoubleQLearning as DoubleQLearning
 from tuckerl.learners.dyna_h import DynaH as DynaH

@@ -8,7 +8,8 @@ import pytest
 from tests.learners.worlds import random_mdp
 from tuckerl import QLearning, TensorStep
 from tuckerl.errors import ParameterError
-from tuckerl.generalization.sharing import SHARING_RULES, ShareContext, custom_sharing, share_tables
+from tuckerl.generalization.mixtures import share_tables
+from tuckerl.generalization.sharing import SHARING_RULES, ShareContext, custom_sharing
 from tuckerl.types import FloatArray
 
 PROBLEM = random_mdp(71, n_states=8, n_actions=3)
@@ -138,7 +139,7 @@ def test_sharing_without_a_decomposition_gives_the_same_tables() -> None:
     ],
 )
 def test_answers_of_a_share_function(answer: Any, mixture: list[float] | None) -> None:
-    mixed = custom_sharing(lambda context: answer).mix(context([1, 1, 1]))
+    mixed = custom_sharing(lambda context: answer, reads_norms=True).mix(context([1, 1, 1]))
     assert (mixed is None) if mixture is None else np.array_equal(mixed, mixture)  # type: ignore[arg-type]
 
 
@@ -146,7 +147,7 @@ def test_answers_of_a_share_function(answer: Any, mixture: list[float] | None) -
     "answer", [3, -1, 1.0, True, "max", [1.0, 0.0], [0.5, 0.5, 0.5], [np.nan] * 3, ["a", "b", "c"], [[1.0], [0.0, 0.0]]]
 )
 def test_wrong_answers_of_a_share_function(answer: Any) -> None:
-    rule = custom_sharing(lambda context: answer)
+    rule = custom_sharing(lambda context: answer, reads_norms=True)
     with pytest.raises(
         ParameterError, match="must return an agent's index from 0 to 2, 3 mixture weights that sum to 1"
     ):

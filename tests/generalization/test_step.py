@@ -26,6 +26,13 @@ RIGHT: dict[str, Any] = {"every": 10, "ranks": (15, 3, 9, 1)}
         ({"ranks": (1, 1, 1, "1")}, ParameterTypeError, "the agent rank .* got '1'"),
         ({"ranks": 3}, ParameterTypeError, "ranks must be four .* got 3"),
         ({"ranks": "1234"}, ParameterTypeError, "got '1234'"),
+        (
+            {"ranks": None},
+            ParameterError,
+            "ranks must be given, .* read by weights='paper' and share='max': four whole",
+        ),
+        ({"ranks": None, "weights": "none"}, ParameterError, r"read by share='max'.* share='visits' needs none"),
+        ({"ranks": None, "share": "visits"}, ParameterError, r"read by weights='paper': four whole numbers such as"),
         ({"weights": "papr"}, UnknownNameError, "unknown weights 'papr': did you mean 'paper'"),
         ({"weights": "omega"}, UnknownNameError, "use one of constant, none, paper, permuted, relative"),
         ({"weights": None}, ParameterTypeError, "weights must be one of constant, .* got None"),
@@ -58,6 +65,8 @@ def test_ranks_may_be_any_sequence(ranks: Any) -> None:
         ("constant", "none", False),
         ("constant", "best", False),
         ("none", "mean", False),
+        ("none", "visits", False),
+        ("paper", "visits", True),
         ("none", "random", False),
         ("none", lambda context: 0, True),
         (lambda decomposition: [1.0], "none", True),
@@ -65,6 +74,21 @@ def test_ranks_may_be_any_sequence(ranks: Any) -> None:
 )
 def test_tables_are_decomposed_only_where_something_reads_the_factors(weights: Any, share: Any, needed: bool) -> None:
     assert TensorStep(**RIGHT, weights=weights, share=share).needs_decomposition is needed
+
+
+def test_ranks_are_needed_only_where_something_reads_the_factors() -> None:
+    for weights in ("none", "constant"):
+        for share in ("visits", "mean", "best", "random", "none", lambda context: None):
+            step = TensorStep(every=3, weights=weights, share=share)
+            assert step.ranks is None
+            assert not step.needs_decomposition
+
+
+def test_changes_are_kept_only_where_something_reads_them() -> None:
+    visits = TensorStep(every=3, weights="none", share="visits")
+    assert [visits.logged_episodes(n_agents) for n_agents in (1, 2)] == [0, 3]
+    assert TensorStep(every=3, weights="none", share="mean").logged_episodes(2) == 0
+    assert TensorStep(**RIGHT).logged_episodes(1) == 10
 
 
 def test_loadings_that_are_made_while_a_window_closes_take_no_newer_ones_place() -> None:

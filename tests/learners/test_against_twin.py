@@ -123,7 +123,7 @@ def _compare_with_step(
         10,
         seed=3,
         every=step.every,
-        ranks=tuple(step.ranks),
+        ranks=tuple(step.ranks or ()),
         weights=step.weights,
         sharing=step.share,
         floor=step.floor,
@@ -143,7 +143,7 @@ def _compare_with_step(
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
-@pytest.mark.parametrize("share", ["max", "min", "best", "random", "mean", "consensus", "none"])
+@pytest.mark.parametrize("share", ["max", "min", "best", "random", "mean", "visits", "consensus", "none"])
 @pytest.mark.parametrize("weights", ["paper", "relative", "constant", "permuted", "none"])
 def test_tensor_step_equals_its_twin(weights: str, share: str) -> None:
     step = TensorStep(every=4, ranks=(3, 2, 2, 2), weights=weights, share=share)

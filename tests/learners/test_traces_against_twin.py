@@ -205,7 +205,7 @@ def _played_with_step(made: type[Any], problem: TabularMDP, step: TensorStep, n_
         10,
         seed=3,
         every=step.every,
-        ranks=tuple(step.ranks),
+        ranks=tuple(step.ranks or ()),
         weights=step.weights,
         sharing=step.share,
         floor=step.floor,
@@ -233,7 +233,7 @@ def test_tensor_step_equals_its_twin(learner: str, weights: str, share: str) -> 
         _played_with_step(MADE[learner], problem, step, n_agents, **parameters)
 
 
-@pytest.mark.parametrize("share", ["consensus", "best", "random"])
+@pytest.mark.parametrize("share", ["consensus", "best", "random", "visits"])
 def test_other_shares_equal_their_twins(share: str) -> None:
     step = TensorStep(every=4, ranks=(3, 2, 2, 1), share=share)
     problem = random_mdp(12, limit=15)

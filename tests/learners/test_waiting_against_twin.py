@@ -83,7 +83,14 @@ def _compare_with_step(made: Any, step: TensorStep, n_agents: int, **own: Any) -
     assert isinstance(step.weights, str)
     assert isinstance(step.share, str)
     steps, windows = tensor_step.play(
-        twins, 10, seed=3, every=4, ranks=tuple(step.ranks), weights=step.weights, sharing=step.share, floor=step.floor
+        twins,
+        10,
+        seed=3,
+        every=4,
+        ranks=tuple(step.ranks or ()),
+        weights=step.weights,
+        sharing=step.share,
+        floor=step.floor,
     )
     assert learner.steps.tolist() == steps
     np.testing.assert_allclose(learner.action_weights, windows[-1].omega, rtol=0, atol=1e-9)

@@ -89,7 +89,18 @@ def share(kind: str, Ag_p: Table, returns: Table, rng: np.random.Generator) -> l
     return None
 
 
-def share_traces(agents: Sequence[QLearner], mixture: list[float]) -> None:
+def by_visits(tables: list[Table], changes: list[Table]) -> Table:
+    """Entry by entry the mean weighted by who changed it in how many episodes; the plain mean where nobody did."""
+    common = np.zeros(tables[0].shape)
+    for s, a in np.ndindex(*common.shape):
+        counts = [float(count[s, a]) for count in changes]
+        if sum(counts) == 0:
+            counts = [1.0] * len(tables)
+        common[s, a] = sum(n * q[s, a] for n, q in zip(counts, tables, strict=True)) / sum(counts)
+    return common
+
+
+def share_traces(agents: Sequence[QLearner], mixture: Sequence[float]) -> None:
     """A copied agent's trace goes along with its table; a mixture of tables has none."""
     tracing = [agent for agent in agents if isinstance(agent, SarsaLambdaLearner)]
     if not tracing:
@@ -117,6 +128,8 @@ def play(
     omega = np.ones(n_actions)
     MQT = np.zeros((n_states, n_actions, every, len(agents)))
     returns = np.zeros((every, len(agents)))
+    before = [agent.q.copy() for agent in agents]  # at the end of the latest episode
+    changes = [np.zeros((n_states, n_actions)) for _ in agents]  # in how many episodes of the window
     steps: list[list[int]] = []
     windows: list[Window] = []
     for i in range(1, episodes + 1):
@@ -124,19 +137,29 @@ def play(
         for j, agent in enumerate(agents):
             steps[-1][j], returns[i % every, j] = agent.episode(omega)
             MQT[:, :, i % every, j] = agent.q
+            changes[j] += agent.q != before[j]
+            before[j] = agent.q.copy()
         if i % every == 0 and MQT.any():
             used = clipped(MQT, ranks)
             _, A_p, _, Ag_p = factors_of(MQT, used, tol, max_iterations)
             rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STEP_STREAM, i // every)))
             omega = np.array([max(w, floor) for w in weigh(weights, A_p, rng)])
             mixture = share(sharing, Ag_p, returns, rng)
-            if mixture is not None:
-                common = sum(part * agent.q for part, agent in zip(mixture, agents, strict=True))
+            if sharing == "visits":
+                common = by_visits([agent.q for agent in agents], changes)
                 for agent in agents:
-                    agent.q = np.array(common)
+                    agent.q = common.copy()
+                share_traces(agents, [])
+            if mixture is not None:
+                common = np.array(sum(part * agent.q for part, agent in zip(mixture, agents, strict=True)))
+                for agent in agents:
+                    agent.q = common.copy()
                 share_traces(agents, mixture)
             copied = mixture is not None and max(mixture) == 1.0
             windows.append(Window(omega, int(np.argmax(mixture)) if copied and mixture else -1, tuple(used)))
         elif i % every == 0:
             windows.append(Window(omega, -1, (0, 0, 0, 0)))
+        if i % every == 0:
+            before = [agent.q.copy() for agent in agents]
+            changes = [np.zeros((n_states, n_actions)) for _ in agents]
     return steps, windows

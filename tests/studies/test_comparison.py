@@ -20,7 +20,7 @@ from tuckerl.errors import (
     SpaceError,
     UnknownNameError,
 )
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.studies import runner
 from tuckerl.studies.comparison import ComparisonConfig, comparison_study
 from tuckerl.studies.environments import environment_specification, listed_environments

@@ -12,6 +12,7 @@ from tests.training.test_resume import assert_same
 from tuckerl import TensorStep, kernel
 from tuckerl.errors import ParameterError
 from tuckerl.generalization.change_log import record_change
+from tuckerl.generalization.mixtures import share_tables
 from tuckerl.generalization.sharing import ShareContext
 from tuckerl.rng import below
 from tuckerl.saved_arrays import SavedArrays
@@ -112,6 +113,53 @@ def test_a_copied_distribution_is_the_other_to_the_last_bit() -> None:
     declaration, values = two("by_row", np.full((20, 10), 0.1), second)
     share_state(declaration, values, SECOND, None, np.zeros((20, 10)))
     np.testing.assert_array_equal(values[0], second)
+
+
+OF_ENTRIES = np.array([[[1.0, 0.5], [0.0, 0.75]], [[0.0, 0.5], [1.0, 0.25]]])  # of the rows of two states
+STATES = np.array([2, 0])
+
+
+def test_by_entry_tables_are_mixed_entry_by_entry_as_the_q_tables_are() -> None:
+    first, second = np.arange(6.0).reshape(3, 2), 10 * np.arange(6.0).reshape(3, 2)
+    q = np.array([first, second])
+    share_tables(q, OF_ENTRIES, STATES)
+    declaration, values = two("by_entry", first, second)
+    share_state(declaration, values, OF_ENTRIES, STATES, INITIAL)
+    expected = [[0.0, 0.75 * 1 + 0.25 * 10], [2.0, 3.0], [4.0, 27.5]]
+    for value, table, own in zip(values, q, (3.0, 30.0), strict=True):
+        expected[1] = [own * 2 / 3, own]  # a state that is not among them
+        expected[0][0] = 0.0
+        np.testing.assert_array_equal(value, table)
+        np.testing.assert_array_equal(value, expected)
+
+
+def test_other_arrays_are_mixed_by_the_mean_weights_of_a_row_or_of_all() -> None:
+    # The means of the first agent's weights: 0.75 in the row of state 2, 0.375 in that of state 0, 0.5625 in all.
+    declaration, values = two("by_entry", [0.0, 0.0, 0.0], [8.0, 8.0, 8.0], shape=("states",))
+    share_state(declaration, values, OF_ENTRIES, STATES, INITIAL)
+    assert [value.tolist() for value in values] == [[5.0, 0.0, 2.0], [5.0, 8.0, 2.0]]
+    declaration, values = two("by_entry", [0.0, 16.0], [16.0, 0.0], shape=("actions",))
+    share_state(declaration, values, OF_ENTRIES, STATES, INITIAL)
+    assert [value.tolist() for value in values] == [[7.0, 9.0]] * 2
+    first, second = np.array([[1.0, 0.0]] * 3), np.array([[0.5, 0.5]] * 3)
+    declaration, values = two("by_row", first, second)
+    share_state(declaration, values, OF_ENTRIES, STATES, INITIAL)
+    for value, own in zip(values, (first, second), strict=True):
+        np.testing.assert_allclose(value, [[0.6875, 0.3125], own[1], [0.875, 0.125]], rtol=1e-15)
+
+
+def test_the_heaviest_of_a_mixture_of_entries_is_the_agent_of_the_largest_total_weight() -> None:
+    for mixture, heaviest in ((OF_ENTRIES, [1, 2, 3]), (OF_ENTRIES[::-1], [4, 5, 6]), (OF_ENTRIES[:, :0], [1, 2, 3])):
+        declaration, values = two("heaviest", [1, 2, 3], [4, 5, 6], shape=("states",), dtype=np.int64)
+        share_state(declaration, values, mixture, STATES[: mixture.shape[1]], INITIAL)
+        assert [value.tolist() for value in values] == [heaviest] * 2
+
+
+def test_what_is_copied_begins_anew_with_a_mixture_of_entries_even_of_one_entry() -> None:
+    one_entry = np.array([[[0.0]], [[1.0]]])
+    declaration, values = two("copied", [[5.0]], [[6.0]], initial=None)
+    share_state(declaration, values, one_entry, np.array([0]), np.array([[1.5]]))
+    assert [value.tolist() for value in values] == [[[1.5]]] * 2
 
 
 @pytest.mark.parametrize("mixture", [MIXED, SECOND])

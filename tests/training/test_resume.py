@@ -17,6 +17,7 @@ STEPS = {
     "paper": TensorStep(every=10, ranks=(4, 2, 3, 1)),
     "permuted and random": TensorStep(every=10, ranks=(4, 2, 3, 1), weights="permuted", share="random", floor=0.1),
     "constant and mean": TensorStep(every=10, ranks=(4, 2, 3, 1), weights="constant", share="mean"),
+    "visits": TensorStep(every=10, weights="none", share="visits"),
     "consensus": TensorStep(every=10, ranks=(4, 2, 3, 1), weights="relative", share="consensus"),
 }
 LEARNERS = [QLearning, DynaH, Sarsa, SarsaLambda, TeamQ]

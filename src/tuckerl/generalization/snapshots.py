@@ -28,7 +28,11 @@ class Snapshots:
         self._touched = np.empty(n_states, dtype=np.int64)  # room for the states in that order
         self.states: IntArray = self._touched[:0]  # (V,) the touched states, in that order
         self.changed: IntArray = np.zeros(0, dtype=np.int64)  # (C,) those that changed in the latest tensor's window
-        self._base: FloatArray = np.zeros((0, n_actions, n_agents))  # their rows when the window began
+        self._room: FloatArray = np.empty((0, n_actions, n_agents))
+        self._base = self._room  # (V, A, N) their rows when the window began, at the beginning of that room
+        self._counted = np.empty(n_states, dtype=np.int64)  # room for the states that `changes` counts
+        self._place = np.full(n_states, -1, dtype=np.int64)  # of each of them among these, while it does
+        self.may_differ = False  # whether the agents' rows may have differed when the window began
 
     @property
     def n_states(self) -> int:
@@ -62,10 +66,46 @@ class Snapshots:
             tensor[: changed.size] *= unit
         return tensor
 
-    def restart(self, logs: tuple[ChangeLog, ...], q: FloatArray) -> None:
-        """Begin the next window with the (N, S, A) tables as they are now."""
+    def changes(self, logs: tuple[ChangeLog, ...]) -> tuple[IntArray, IntArray]:
+        """Return the states whose rows may differ between agents, and who changed their entries how often.
+
+        Returns
+        -------
+        states : (R,) int64
+            Those that some agent changed in the window, and those whose rows differed when it began.
+        changes : (N, R, A) int64
+            In how many episodes each agent changed each entry: its value at the end is not that at the end before.
+        """
         self._add_states(logs)
-        _copy_rows(self._base, q, self.states)
+        n = 0
+        for log in logs:
+            n = _add_touched(self._counted, n, self._place, log)
+        try:
+            changed = self._counted[:n]
+            counts = np.zeros((self._n_agents, n, self._base.shape[1]), dtype=np.int64)
+            for agent, log in enumerate(logs):
+                _count_changes(counts[agent], self._base[self._position[changed], :, agent], self._place, log)
+            others = self._differing() if self.may_differ else changed[:0]
+        finally:
+            self._place[self._counted[:n]] = -1
+        unchanged = np.zeros((self._n_agents, others.size, counts.shape[2]), dtype=np.int64)
+        return np.concatenate([changed, others]), np.concatenate([counts, unchanged], axis=1)
+
+    def restart(self, logs: tuple[ChangeLog, ...], q: FloatArray, states: IntArray | None, *, may_differ: bool) -> None:
+        """Begin the next window with the (N, S, A) tables as they are now.
+
+        Parameters
+        ----------
+        logs : N change logs
+        q : (N, S, A) float64
+        states : (R,) int64 or None
+            All whose rows are other ones than when the window began; None where more than those may be.
+        may_differ : bool
+            Whether the agents' rows may differ.
+        """
+        self._add_states(logs)
+        self.may_differ = may_differ
+        _copy_rows(self._base, q, self.states if states is None else states, self._position)
         for log in logs:
             restart_log(log)
 
@@ -89,7 +129,9 @@ class Snapshots:
 
     def restore(self, arrays: dict[str, np.ndarray]) -> None:
         """Go on from what `saved` or `read` returned."""
-        states, self._base = arrays["states"], arrays["base"]
+        states, self._room = arrays["states"], arrays["base"]
+        self._base = self._room
+        self.may_differ = True  # as far as is known
         self.states = self._touched[: states.size]
         self.states[:] = states
         self._position[states] = np.arange(states.size)
@@ -100,8 +142,18 @@ class Snapshots:
             n_touched = _add_touched(self._touched, n_touched, self._position, log)
         if n_touched > n_before:
             self.states = self._touched[:n_touched]
-            rows = np.repeat(self._initial_q[self.states[n_before:]][:, :, None], self._n_agents, axis=2)
-            self._base = np.concatenate([self._base, rows])
+            if n_touched > len(self._room):  # twice as much: all copies together are as long as the rows are
+                room = np.empty((max(n_touched, 2 * n_before), *self._base.shape[1:]))
+                room[:n_before] = self._base
+                self._room = room
+            self._base = self._room[:n_touched]
+            self._base[n_before:] = self._initial_q[self.states[n_before:]][:, :, None]
+
+    def _differing(self) -> IntArray:
+        """Return the states that are not counted at present and whose rows differed when the window began."""
+        rows = (self._base != self._base[:, :, :1]).any(axis=(1, 2))
+        differing: IntArray = self.states[rows & (self._place[self.states] < 0)]
+        return differing
 
     def _still_rows(self, place: IntArray, unit: float) -> FloatArray:
         """Return what stands for the touched rows that did not change in the window: (at most A x N, A, N)."""
@@ -217,12 +269,45 @@ def _write_changed(
 
 
 @kernel
-def _copy_rows(base: FloatArray, q: FloatArray, states: IntArray) -> None:
-    """Copy the rows of `states`, (V,) int64, from the tables `q`, (N, S, A), to `base`, (V, A, N)."""
-    for row in range(states.size):
+def _count_changes(counts: IntArray, rows: FloatArray, place: IntArray, log: ChangeLog) -> None:
+    """Count in how many episodes of a log entries changed.
+
+    Parameters
+    ----------
+    counts : (R, A) int64
+        Changed: so much is added.
+    rows : (R, A) float64
+        The rows when the window began; changed to those at the end of it.
+    place : (S,) int64
+        Of each of the states among the R.
+    log : ChangeLog
+    """
+    for entry in range(log.cursor[ENTRIES]):
+        row = place[log.state[entry]]
+        for action in range(rows.shape[1]):
+            if log.row[entry, action] != rows[row, action]:
+                rows[row, action] = log.row[entry, action]
+                counts[row, action] += 1
+
+
+@kernel
+def _copy_rows(base: FloatArray, q: FloatArray, states: IntArray, position: IntArray) -> None:
+    """Copy the rows of `states`, (R,) int64, from the tables `q`, (N, S, A), to their `position`, (S,) in `base`.
+
+    Parameters
+    ----------
+    base : (V, A, N) float64
+        Changed.
+    q : (N, S, A) float64
+    states : (R,) int64
+    position : (S,) int64
+        Of each of them among the V rows.
+    """
+    for state in states:
+        row = position[state]
         for action in range(base.shape[1]):
             for agent in range(base.shape[2]):
-                base[row, action, agent] = q[agent, states[row], action]
+                base[row, action, agent] = q[agent, state, action]
 
 
 def one_number(table: FloatArray) -> float | None:

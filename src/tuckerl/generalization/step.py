@@ -9,13 +9,11 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from tuckerl.checks import check_function, check_int, check_name, check_real, check_sequence
 from tuckerl.errors import (
     DecompositionError,
     DecompositionWarning,
@@ -26,22 +24,17 @@ from tuckerl.errors import (
 )
 from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.generalization.loadings import Loadings, loadings_of, read_loadings
+from tuckerl.generalization.mixtures import is_copy
 from tuckerl.generalization.one_thread import ONE_THREAD
-from tuckerl.generalization.sharing import (
-    SHARING_RULES,
-    ShareContext,
-    ShareFunction,
-    SharingRule,
-    custom_sharing,
-    is_copy,
-)
+from tuckerl.generalization.sharing import ShareContext
 from tuckerl.generalization.snapshots import Snapshots
 from tuckerl.generalization.step_history import TensorStepHistory, empty_history
-from tuckerl.generalization.weights import WEIGHTINGS, WeightFunction, Weighting, custom_weighting, row_norms
+from tuckerl.generalization.tensor_step import TensorStep
+from tuckerl.generalization.weights import row_norms
 from tuckerl.rng import child
 from tuckerl.saved_arrays import ANY_LENGTH, SavedArrays, grouped
 from tuckerl.tensor import TuckerDecomposition, decompose
-from tuckerl.types import FloatArray, IntArray, Ranks
+from tuckerl.types import FloatArray, IntArray
 
 _STREAM = 2**32 - 1  # the child of the learner's seed that is the step's; agents have 0, 1, 2, ...
 _NO_RANKS: tuple[int, ...] = (0, 0, 0, 0)
@@ -53,82 +46,13 @@ _NOT_DECOMPOSED = (
 _HUGE, _UNIT = 2.0**900, 2.0**-600  # sums of many numbers as large as the first leave the range of floats
 
 
-@dataclass(frozen=True)
-class TensorStep:
-    """When and how to factorise the tables, and what to do with the factors.
-
-    Parameters
-    ----------
-    every : int
-        Episodes in a window; the step follows each window.
-    ranks : four ints
-        Columns of the state, action, episode and agent factors; clipped to what a window allows.
-    weights : str or callable
-        ``"paper"``: row norms of A_p over its norm; ``"relative"``: those over their largest; ``"constant"``:
-        1/sqrt(A) for every action; ``"permuted"``: the paper's, dealt to random actions; ``"none"``: 1; or a function
-        from a :class:`~tuckerl.TuckerDecomposition` to (A,) numbers.
-    share : str or callable
-        ``"max"`` or ``"min"``: all agents copy the one of largest or smallest row norm of Ag_p; ``"best"``: of the
-        highest mean return in the window; ``"random"``; ``"mean"``: the mean of the tables; ``"consensus"``: their
-        mean weighted by those norms; ``"none"``; or a function from a ``ShareContext`` to an agent's index, mixture
-        weights or None.
-    floor : float
-        Weights below it are raised to it. 0, the paper's rule, lets an action without values stop learning.
-    tol, max_iterations : float, int
-        When the decomposition stops; 0 iterations is the truncated HOSVD.
-
-    Raises
-    ------
-    ParameterError, ParameterTypeError, UnknownNameError
-        If a parameter is out of its range, of the wrong type or not a known name.
-
-    References
-    ----------
-    The paper's Figures 5, 7 and 8.
-    """
-
-    every: int
-    ranks: Ranks
-    weights: str | WeightFunction = "paper"
-    share: str | ShareFunction = "max"
-    floor: float = 0.0
-    tol: float = 1e-4
-    max_iterations: int = 50
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "every", check_int("every", self.every, 1))
-        object.__setattr__(self, "ranks", _check_ranks(self.ranks))
-        for name, value, known in (("weights", self.weights, WEIGHTINGS), ("share", self.share, SHARING_RULES)):
-            if callable(value):
-                check_function(name, value, "decomposition" if name == "weights" else "context")
-            else:
-                check_name(name, value, known)
-        object.__setattr__(self, "floor", check_real("floor", self.floor, 0.0, 1.0))
-        object.__setattr__(self, "tol", check_real("tol", self.tol, 0.0))
-        object.__setattr__(self, "max_iterations", check_int("max_iterations", self.max_iterations, 0))
-
-    @property
-    def weighting(self) -> Weighting:
-        """The strategy that `weights` names."""
-        return WEIGHTINGS[self.weights] if isinstance(self.weights, str) else custom_weighting(self.weights)
-
-    @property
-    def sharing(self) -> SharingRule:
-        """The rule that `share` names."""
-        return SHARING_RULES[self.share] if isinstance(self.share, str) else custom_sharing(self.share)
-
-    @property
-    def needs_decomposition(self) -> bool:
-        """Whether anything reads the factors: the constant control without sharing, for one, does not."""
-        return self.weighting.needs_decomposition or self.sharing.needs_decomposition
-
-
 class TensorStepResult(NamedTuple):
     """What a learner has to do after a window."""
 
     weights: FloatArray  # (A,)
-    mixture: FloatArray | None  # (N,) of the tables that all agents go on with, or None to leave them
+    mixture: FloatArray | None  # (N,) of the tables that all agents go on with, (N, R, A) of entries, None for none
     finite: bool  # False where a table is not finite any more
+    states: IntArray | None = None  # (R,) whose rows may differ between agents; None where that is not known
 
 
 class HeldStep(NamedTuple):
@@ -147,6 +71,7 @@ class TensorStepState:
     ) -> None:
         self.step, self._weighting, self._sharing = step, step.weighting, step.sharing
         self.snapshots = Snapshots(initial_q, n_agents, step.every)
+        self._ranks = (1, 1, 1, 1) if step.ranks is None else tuple(step.ranks)  # without ranks nothing reads them
         self._n_actions, self._n_agents = initial_q.shape[1], n_agents
         self._sequence = sequence
         self._warned: set[type[Warning]] = set()
@@ -156,65 +81,86 @@ class TensorStepState:
         """Processor time of this thread in `close_window` so far."""
 
     def close_window(
-        self, episode: int, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray
+        self, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray, q: FloatArray
     ) -> TensorStepResult:
-        """Decide what follows the window that ends after `episode` episodes.
+        """Decide what follows the window that ends here.
 
         Parameters
         ----------
         weights : (A,) float64
             Those in force during the window.
         logs : N change logs
-        returns : (E, N) float64
-            The window's undiscounted returns.
+        returns : (N, episodes) float64
+            The undiscounted returns of all episodes so far.
+        q : (N, S, A) float64
+            The tables at its end.
         """
         begun = time.thread_time()
         with ONE_THREAD if self.step.needs_decomposition else nullcontext():
-            result = self._result(episode, weights, logs, returns)
+            result = self._result(weights, logs, returns, q)
         self.seconds += time.thread_time() - begun
         return result
 
     def _result(
-        self, episode: int, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray
+        self, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray, q: FloatArray
     ) -> TensorStepResult:
-        weigh, sharing, decomposition = self._weighting, self._sharing, None
+        weigh, decomposition, fit, ranks = self._weighting, None, np.nan, _NO_RANKS
+        episode = returns.shape[1]
         rng: Any = None  # for rules that draw nothing
-        if weigh.draws or sharing.draws:
+        if weigh.draws or self._sharing.draws:
             rng = np.random.default_rng(child(self._sequence, _STREAM, episode // self.step.every))
         if self.step.needs_decomposition:
             tensor, largest = self._tables(logs)
             if not math.isfinite(largest):
                 return TensorStepResult(weights, None, finite=False)
-            ranks = _NO_RANKS
-            try:
-                decomposition = self._decompose(tensor) if largest > 0.0 else None  # nothing was learned yet
-            except DecompositionError as error:
-                ranks = _FAILED
-                self._warn(DecompositionWarning, _NOT_DECOMPOSED.format(error))
+            decomposition, ranks = self._decomposed(tensor, largest, episode)
             if decomposition is None:  # everything stays as it is, but for weights that do not ask
                 if not weigh.needs_decomposition:
-                    weights = np.maximum(weigh.weigh(None, self._n_actions, rng), self.step.floor)
+                    weights = self._weights(None, rng)
                 self._remember(episode, weights, None, fit=np.nan, ranks=ranks)
                 return TensorStepResult(weights, None, finite=True)
-            self._loadings = partial(loadings_of, decomposition, self.snapshots.changed, episode)
-            if decomposition.ranks != self.step.ranks:
-                self._warn(
-                    RankWarning,
-                    f"ranks {self.step.ranks} are more than the tables of a window allow and were clipped to "
-                    f"{decomposition.ranks}; later windows may be clipped otherwise (see tensor_step_history.ranks)",
-                )
-        weights = np.maximum(weigh.weigh(decomposition, self._n_actions, rng), self.step.floor)
+            fit = decomposition.fit
+        weights = self._weights(decomposition, rng)
+        mixture, states = self._mixture(decomposition, rng, logs, returns, q)
+        self._remember(episode, weights, mixture, fit=fit, ranks=ranks)
+        return TensorStepResult(weights, mixture, finite=True, states=states)
+
+    def begin_window(self, logs: tuple[ChangeLog, ...], q: FloatArray, result: TensorStepResult) -> None:
+        """Begin the window that follows `result`, with the (N, S, A) tables as they are now."""
+        if logs[0].enabled:
+            may_differ = result.mixture is None and self._n_agents > 1
+            self.snapshots.restart(logs, q, result.states, may_differ=may_differ)
+
+    def _weights(self, decomposition: TuckerDecomposition | None, rng: Any) -> FloatArray:
+        """Return the actions' weights in the next window, (A,)."""
+        weights: FloatArray = self._weighting.weigh(decomposition, self._n_actions, rng)
+        weights = np.maximum(weights, self.step.floor)
         if not weights.all():
             self._warn(
                 ZeroWeightWarning,
                 f"the weight of action {int(np.argmin(weights))} is 0, so it does not learn in the next window (the "
                 "paper's weight is 0 where an action's column was zero in every table); a floor above 0 keeps it alive",
             )
-        norms = np.ones(self._n_agents) if decomposition is None else row_norms(decomposition.factors[3])
-        mixture = sharing.mix(ShareContext(norms, returns, rng))
-        fit, ranks = (np.nan, _NO_RANKS) if decomposition is None else (decomposition.fit, decomposition.ranks)
-        self._remember(episode, weights, mixture, fit=fit, ranks=ranks)
-        return TensorStepResult(weights, mixture, finite=True)
+        return weights
+
+    def _mixture(
+        self,
+        decomposition: TuckerDecomposition | None,
+        rng: Any,
+        logs: tuple[ChangeLog, ...],
+        returns: FloatArray,
+        q: FloatArray,
+    ) -> tuple[FloatArray | None, IntArray | None]:
+        """Return what all agents go on with, and the states whose rows that changes; None where that is not known."""
+        norms = None if decomposition is None else row_norms(decomposition.factors[3])
+        context, states = ShareContext(norms, returns[:, -self.step.every :].T.copy(), rng), None
+        if self._sharing.needs_changes and self._n_agents > 1:
+            states, changes = self.snapshots.changes(logs)
+            context = context._replace(states=states, rows=q[:, states], changes=changes)
+        mixture = self._sharing.mix(context)
+        if mixture is not None and mixture.ndim == 1:
+            states = self.snapshots.states if logs[0].enabled else None
+        return mixture, states
 
     def _tables(self, logs: tuple[ChangeLog, ...]) -> tuple[FloatArray, float]:
         """Return the window's tables and their largest magnitude; where that is huge, in units of its power of two."""
@@ -226,8 +172,25 @@ class TensorStepState:
             tensor = self.snapshots.tensor(logs, _UNIT)
         return tensor, float(np.abs(tensor).max())
 
-    def _decompose(self, tensor: FloatArray) -> TuckerDecomposition:
-        return decompose(tensor, tuple(self.step.ranks), self.step.tol, self.step.max_iterations)
+    def _decomposed(
+        self, tensor: FloatArray, largest: float, episode: int
+    ) -> tuple[TuckerDecomposition | None, tuple[int, ...]]:
+        """Return the decomposition of a window's tables, None of zeros or where there is none, and its ranks."""
+        if largest == 0.0:  # nothing was learned yet
+            return None, _NO_RANKS
+        try:
+            decomposition = decompose(tensor, self._ranks, self.step.tol, self.step.max_iterations)
+        except DecompositionError as error:
+            self._warn(DecompositionWarning, _NOT_DECOMPOSED.format(error))
+            return None, _FAILED
+        self._loadings = partial(loadings_of, decomposition, self.snapshots.changed, episode)
+        if decomposition.ranks != self._ranks:
+            self._warn(
+                RankWarning,
+                f"ranks {self._ranks} are more than the tables of a window allow and were clipped to "
+                f"{decomposition.ranks}; later windows may be clipped otherwise (see tensor_step_history.ranks)",
+            )
+        return decomposition, decomposition.ranks
 
     @property
     def loadings(self) -> Loadings | None:
@@ -292,7 +255,7 @@ class TensorStepState:
             arrays.take("ranks", np.int64, (n, 4), -1),
         )
         sizes = (self.snapshots.n_states, n_actions, every, n_agents)
-        loadings = read_loadings(arrays.group("loadings"), sizes, self.step.ranks, episodes)
+        loadings = read_loadings(arrays.group("loadings"), sizes, self._ranks, episodes)
         return HeldStep(self.snapshots.read(arrays, finite=not diverged), history, loadings)
 
     def restore(self, held: "HeldStep") -> None:
@@ -314,12 +277,3 @@ class TensorStepState:
     ) -> None:
         chosen = int(np.argmax(mixture)) if mixture is not None and is_copy(mixture) else -1
         self._history.append((episode, weights.copy(), chosen, fit, ranks))
-
-
-def _check_ranks(ranks: object) -> tuple[int, ...]:
-    expected = "four whole numbers of at least 1, for the state, action, episode and agent axes"
-    asked = check_sequence("ranks", ranks, expected, 4)
-    return tuple(check_int(f"the {axis} rank", rank, 1) for axis, rank in zip(_AXES, asked, strict=True))
-
-
-_AXES = ("state", "action", "episode", "agent")

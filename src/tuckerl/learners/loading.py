@@ -6,7 +6,7 @@ from typing import Any
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_path
 from tuckerl.errors import SavedFileError
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.learners import LEARNERS
 from tuckerl.training import persistence
 from tuckerl.training.learner import Learner

@@ -85,7 +85,8 @@ def _lines_caption(summary: Summary) -> str:
     scenario = summary.scenario
     runs = counted(scenario.n_runs * scenario.n_instances, "run")
     of_all = f" (of all {scenario.instance}s)" if scenario.n_instances > 1 else ""
-    ranks = [v.tensor_step.ranks[1] for v in scenario.variants if v.name == courses[0].variant and v.tensor_step]
+    steps = [v.tensor_step for v in scenario.variants if v.name == courses[0].variant and v.tensor_step]
+    ranks = [step.ranks[1] for step in steps if step.ranks is not None]
     limit = (
         f" With {ranks[0]} columns for the actions no weight can exceed 1/√{ranks[0]} = {1 / math.sqrt(ranks[0]):.3f}."
         if ranks and ranks[0] < n_actions

@@ -11,7 +11,7 @@ from tuckerl.reports.ablation import what_works, without_the_step
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.markup import rendered, versions, write_page
-from tuckerl.reports.text import all_pairs, counted
+from tuckerl.reports.text import all_pairs, counted, ranks_of
 from tuckerl.studies.ablation import Ablation
 from tuckerl.studies.assumptions import INFERRED, INVENTED, OVERRULED, Assumption
 from tuckerl.studies.claims import Claim
@@ -117,7 +117,7 @@ def _settings(scenario: Scenario) -> str:
     parameters = [f"{name} {value}" for name, value in scenario.variants[0].parameters.items()]
     step = next((variant.tensor_step for variant in scenario.variants if variant.tensor_step), None)
     if step is not None:
-        parameters.append(f"tensor step every {step.every} episodes with ranks {step.ranks}")
+        parameters.append(f"tensor step every {step.every} episodes with {ranks_of(step.ranks)}")
     return ", ".join(parameters)
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from tuckerl.types import FloatArray
+from tuckerl.types import FloatArray, Ranks
 
 if TYPE_CHECKING:  # what it imports, commands without statistics do not need
     from tuckerl.studies.statistics import Difference
@@ -16,6 +16,11 @@ _LISTED = 6
 def counted(number: int, noun: str) -> str:
     """Return "1 run" or "1,200 runs"."""
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
+def ranks_of(ranks: Ranks | None) -> str:
+    """Return "ranks (15, 3, 9, 1)" or "no ranks"."""
+    return "no ranks" if ranks is None else f"ranks {tuple(ranks)}"
 
 
 def all_pairs(number: int) -> str:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from tuckerl.adapters.resolve import Agents
 from tuckerl.checks import check_name, did_you_mean, shown
 from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.learners import LEARNERS
 from tuckerl.studies.environments import has_several_agents
 from tuckerl.training.learner import Learner

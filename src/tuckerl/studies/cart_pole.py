@@ -4,7 +4,7 @@ from functools import partial
 from typing import Any
 
 from tuckerl.environments import cart_pole as simulators
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.learners.sarsa_lambda import SarsaLambda
 from tuckerl.problems.simulator import Simulator
 from tuckerl.studies.assumptions import inferred, invented, overruled

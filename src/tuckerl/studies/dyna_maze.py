@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.learners.dyna_h import DynaH
 from tuckerl.problems.maze import Maze, random_maze
 from tuckerl.problems.mdp import TabularMDP

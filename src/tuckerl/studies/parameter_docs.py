@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any, NamedTuple
 
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.studies.algorithms import Algorithm, parameters_of, step_defaults
 from tuckerl.training.parameters import keywords_of
 

@@ -5,7 +5,7 @@ from itertools import product
 from typing import Any
 
 from tuckerl.environments import robot_rescue as worlds
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.learners.team_q import TeamQ
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.studies.assumptions import inferred, invented

@@ -17,7 +17,7 @@ from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int, shown
 from tuckerl.errors import UnknownNameError
 from tuckerl.generalization.sharing import SHARING_RULES
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.generalization.weights import WEIGHTINGS
 from tuckerl.studies.assumptions import Assumption
 from tuckerl.studies.figure_text import FigureText
@@ -60,7 +60,7 @@ class Variant:
             "learner": self.learner.__name__,
             "parameters": {name: in_words(value) for name, value in self.parameters.items()},
             "n_agents": self.n_agents,
-            "tensor_step": None if step is None else {**vars(step), "ranks": list(step.ranks)},
+            "tensor_step": None if step is None else {**vars(step), "ranks": step.ranks and list(step.ranks)},
         }
 
 

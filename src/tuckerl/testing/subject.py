@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from tuckerl.errors import LearnerCheckError
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.testing.small_problems import corridor
 from tuckerl.training.learner import Learner
 

@@ -1,7 +1,7 @@
 """The arrays that an algorithm or a policy keeps for each agent, declared once.
 
-From the declaration follow how they are allocated, saved, restored, and shared at a tensor step. A *mixture* is the
-(N,) weights by which a sharing rule mixes the tables of N agents: a single 1 copies one agent's.
+From the declaration follow how they are allocated, saved, restored, and shared at a tensor step, by a *mixture*: see
+:mod:`tuckerl.generalization.mixtures`.
 """
 
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from numpy.typing import DTypeLike
 
 from tuckerl.checks import check_text, shown
 from tuckerl.errors import ImmutableError, ParameterError, SavedFileError
-from tuckerl.generalization.sharing import is_copy, share_tables
+from tuckerl.generalization.mixtures import agent_weights, is_copy, row_weights, share_tables
 from tuckerl.saved_arrays import SavedArrays, grouped
 from tuckerl.types import FloatArray, IntArray
 
@@ -180,12 +180,13 @@ def share_state(
     declaration : Declaration
     values : list
         What each of N agents holds under it; changed in place.
-    mixture : (N,) float64
-    states : (V,) int64 or None
+    mixture : (N,) or (N, R, A) float64
+        Of whole tables, or of the entries in the rows of R states.
+    states : (R,) int64 or None
         The states whose rows can differ between agents; None where that is not known.
     initial_q : (S, A) float64
     """
-    heaviest = int(np.argmax(mixture))
+    heaviest = int(np.argmax(agent_weights(mixture)))
     one_agent = is_copy(mixture)
     if declaration.share == "none":
         return
@@ -204,13 +205,21 @@ def share_state(
         return
     rows: Any = states if states is not None and declaration.is_shared_by_rows else slice(None)
     tables = np.stack([array[rows] for array in values])
-    share_tables(tables, mixture, None)
+    share_tables(tables, _weights_of(declaration, mixture), None)
     if declaration.share == "by_row" and not one_agent:
         np.maximum(tables, 0.0, out=tables)
         sums = tables.sum(axis=-1, keepdims=True)
         tables /= np.where(sums > 0.0, sums, 1.0)  # a row of zeros is no distribution, and stays
     for array, shared in zip(values, tables, strict=True):
         array[rows] = shared
+
+
+def _weights_of(declaration: DeclaredArray, mixture: FloatArray) -> FloatArray:
+    """Return the weights by which an array is mixed: of its entries where they are the Q-table's, else of more."""
+    if not declaration.is_shared_by_rows:
+        return agent_weights(mixture)
+    of_entries = declaration.share == "by_entry" and declaration.shape == ("states", "actions")
+    return mixture if of_entries else row_weights(mixture)
 
 
 def carried_over(before: Declaration | None, declaration: Declaration, value: Any, initial_q: FloatArray) -> Any:

@@ -9,8 +9,8 @@ from tuckerl.adapters.making import make_environment
 from tuckerl.checks import check_name
 from tuckerl.generalization.change_log import ChangeLog
 from tuckerl.generalization.loadings import Loadings
-from tuckerl.generalization.step import TensorStep
 from tuckerl.generalization.step_history import TensorStepHistory, empty_history
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.problems.problem import Problem
 from tuckerl.training.history import EpisodeHistory
 from tuckerl.training.policies.policy import Policy

@@ -23,7 +23,7 @@ from tuckerl.errors import (
     SavedFileMissingError,
     warn,
 )
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.memory import check_memory
 from tuckerl.problems.problem import Problem
 from tuckerl.rng import child, seed_sequence
@@ -173,8 +173,7 @@ class Learner(Copyable):
         self.ties = check_name("ties", ties, ("random", "first"))
         n_agents = check_int("n_agents", n_agents, 1)
         self.bootstrap_terminal = check_flag("bootstrap_terminal", bootstrap_terminal)
-        own_name = type(self).__name__
-        self.tensor_step = check_step(own_name, tensor_step, self.why_no_weights(), self.why_no_sharing())
+        self.tensor_step = check_step(type(self).__name__, tensor_step, self.why_no_weights(), self.why_no_sharing())
         self.seed_sequence = seed_sequence(seed)
         self.compiled = check_compiled(compiled)
         options = {"bins": bins, "compiled": self.compiled, "team_reward": self.team_reward}
@@ -187,7 +186,7 @@ class Learner(Copyable):
         if not hasattr(self, "_state"):  # there is room for what there is
             declarations = (*own, *self._acting_policy.declare_state())
             parts = learner_parts(self.problem, self.n_agents, self.tensor_step, declarations)
-            check_memory(own_name, parts)
+            check_memory(type(self).__name__, parts)
         self.initial_q = check_initial_q(initial_q, shape)
         self._target_policy = self._acting_policy.target() or Greedy()
         rules = Rules(

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.memory import Part, available_memory
 from tuckerl.problems.problem import Problem
 from tuckerl.training.agent_arrays import trajectory_length
@@ -44,8 +44,8 @@ def learner_parts(
         Part("copies of the environment", (n_worlds - 1) * problem.copy_bytes, FEWER_AGENTS),
         *(Part(f"{one.name!r}", n_agents * declared_bytes(one, n_states, n_actions), advice) for one in declarations),
     ]
-    if tensor_step is not None and tensor_step.needs_decomposition:
-        parts += _window_parts(problem, n_agents, tensor_step.every)
+    if tensor_step is not None and (n_logged := tensor_step.logged_episodes(n_agents)):
+        parts += _window_parts(problem, n_agents, n_logged, decomposes=tensor_step.needs_decomposition)
     return parts
 
 
@@ -57,8 +57,8 @@ def _undo_bytes(problem: Problem, declarations: Sequence[Declaration]) -> int:
     return n_states * (2 + n_actions) * _FLOAT + declared
 
 
-def _window_parts(problem: Problem, n_agents: int, every: int) -> Iterator[Part]:
-    """Yield the log of changed rows, and the tensor that is made of it."""
+def _window_parts(problem: Problem, n_agents: int, every: int, *, decomposes: bool) -> Iterator[Part]:
+    """Yield the log of changed rows, and what is made of it: a tensor, or what says who changed which entry."""
     n_states, n_actions = problem.n_states, problem.n_actions
     steps = (problem.max_episode_steps or n_states) + 1
     advice = "use a smaller `every` of TensorStep, fewer agents, or coarser bins"
@@ -67,8 +67,11 @@ def _window_parts(problem: Problem, n_agents: int, every: int) -> Iterator[Part]
     log = reserved if reserved > available_memory() else row * min(n_states, steps)
     yield Part("changes of a window", log, advice)
     rows = min(n_states, n_agents * every * steps)
-    tensor = n_agents * every * n_actions * rows * _FLOAT
-    yield Part("tensors of a window and of the one before", 2 * tensor, advice)
+    table = n_agents * n_actions * rows * _FLOAT
+    if decomposes:
+        yield Part("tensors of a window and of the one before", 2 * every * table, advice)
+    else:
+        yield Part("rows of a window, before and after, their changes and shares", 4 * table, advice)
 
 
 def declared_bytes(declaration: Declaration, n_states: int, n_actions: int) -> int:

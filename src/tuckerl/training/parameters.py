@@ -11,7 +11,7 @@ from tuckerl.checks import check_flag, check_real, shown
 from tuckerl.errors import LearnerError, ParameterError, ParameterTypeError, ProblemError
 from tuckerl.generalization.answers import real_array
 from tuckerl.generalization.snapshots import one_number
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.problems.problem import Problem
 from tuckerl.training.habits import word_to_use
 from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy

@@ -19,7 +19,7 @@ from tuckerl.adapters.resolve import Environment, check_compiled
 from tuckerl.checks import shown
 from tuckerl.errors import ParameterError, ParameterTypeError, SavedFileError
 from tuckerl.generalization.snapshots import one_number
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.rng import restore_generator
 from tuckerl.saved_arrays import SavedArrays, grouped
 from tuckerl.saved_json import checked_json
@@ -278,9 +278,10 @@ def _restored_step(header: Header | None, given: TensorStep | None, path: Path) 
         raise ParameterError(f"{path} holds all of its tensor step: load it without tensor_step")
     for name, value in header.items():
         now = getattr(given, name)
-        same = callable(now) if value is None else now == (tuple(value) if name == "ranks" else value)
+        was_function = name in functions
+        same = callable(now) if was_function else now == (tuple(value) if isinstance(value, list) else value)
         if not same:
-            before = "a function" if value is None else repr(value)
+            before = "a function" if was_function else repr(value)
             raise ParameterError(
                 f"tensor_step must be the one that {path} was saved with: its {name} was {before}; got {shown(now)}"
             )

@@ -181,15 +181,13 @@ class Trainer:
             warn(CAPPED.format(longest), StepCapWarning)
 
     def _close_window(self, step: TensorStepState) -> None:
-        state, every = self._state, step.step.every
-        window = state.history.returns[:, state.history.episodes - every :].T.copy()
-        result = step.close_window(state.history.episodes, state.weights, state.logs, window)
+        state = self._state
+        result = step.close_window(state.weights, state.logs, state.history.returns, state.q)
         if not result.finite:
             state.history.drop_last()
             state.diverged_at = state.history.episodes
             return
         state.weights = result.weights
         if result.mixture is not None and state.n_agents > 1:
-            state.share(result.mixture)
-        if step.step.needs_decomposition:
-            step.snapshots.restart(state.logs, state.q)
+            state.share(result.mixture, result.states)
+        step.begin_window(state.logs, state.q, result)

@@ -19,8 +19,9 @@ from tuckerl.generalization.change_log import (
     undo_changes,
     with_tables,
 )
-from tuckerl.generalization.sharing import share_tables
-from tuckerl.generalization.step import TensorStep, TensorStepState
+from tuckerl.generalization.mixtures import share_tables
+from tuckerl.generalization.step import TensorStepState
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
 from tuckerl.saved_arrays import SavedArrays, grouped
@@ -103,7 +104,7 @@ class TrainingState:
         self.step_sizes: FloatArray = np.zeros((n_agents, n_actions))
         self.streams = [stream(child(sequence, agent)) for agent in range(n_agents)]
         self._trajectory: IntArray = np.zeros((n_agents, 2, trajectory_length(max_episode_steps)), dtype=np.int64)
-        window = tensor_step.every if tensor_step is not None and tensor_step.needs_decomposition else 0
+        window = 0 if tensor_step is None else tensor_step.logged_episodes(n_agents)
         self.logs: tuple[ChangeLog, ...] = tuple(empty_log(n_states, n_actions, window) for _ in range(n_agents))
         self._maxima = [room_for_maxima(n_states, n_actions) if keeps_maxima else None for _ in range(n_agents)]
         self._kept: dict[int, _Kept] = {}
@@ -235,14 +236,19 @@ class TrainingState:
             fault=np.zeros(4),
         )
 
-    def share(self, mixture: FloatArray) -> None:
-        """Let every agent go on with the (N,) mixture of all tables and of what is declared to be shared."""
-        step = self.tensor_step
-        known = step.snapshots.states if step is not None and step.step.needs_decomposition else None
-        share_tables(self.q, mixture, known)
+    def share(self, mixture: FloatArray, states: IntArray | None) -> None:
+        """Let every agent go on with a mixture of all tables and of what is declared to be shared.
+
+        Parameters
+        ----------
+        mixture : (N,) or (N, R, A) float64
+            Of whole tables, or of the entries in the rows of R states.
+        states : (R,) int64 or None
+            The states whose rows can differ between agents; None where that is not known.
+        """
+        share_tables(self.q, mixture, states)
         for declaration in self.declarations:
-            values = [declared[declaration.name] for declared in self.declared]
-            share_state(declaration, values, mixture, known, self.initial_q)
+            share_state(declaration, [own[declaration.name] for own in self.declared], mixture, states, self.initial_q)
 
     def to_arrays(self) -> Arrays:
         """Return all that learning changes, as `read` reads it."""

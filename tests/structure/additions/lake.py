@@ -1,6 +1,6 @@
 """A scenario of a user's own, measured by return: Q-learning on the frozen lake, with nothing said of figures."""
 
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.learners.q_learning import QLearning
 from tuckerl.studies.study import AlgorithmConfig, Alternative, Comparison, Scenario, variants
 
