@@ -24,6 +24,8 @@ from tuckerl.learners.sarsa import Sarsa as Sarsa
 from tuckerl.learners.sarsa_lambda import SarsaLambda as SarsaLambda
 from tuckerl.learners.team_q import TeamQ as TeamQ
 from tuckerl.learners.tree_backup import TreeBackup as TreeBackup
+from tuckerl.learners.true_online_sarsa_lambda import TrueOnlineSarsaLambda as TrueOnlineSarsaLambda
+from tuckerl.learners.watkins_q_lambda import WatkinsQLambda as WatkinsQLambda
 from tuckerl.problems.maze import Maze as Maze
 from tuckerl.problems.maze import random_maze as random_maze
 from tuckerl.problems.maze import sutton_maze as sutton_maze
@@ -86,7 +88,9 @@ __all__ = [
     "TensorBoard",
     "TensorStep",
     "TreeBackup",
+    "TrueOnlineSarsaLambda",
     "TuckerDecomposition",
+    "WatkinsQLambda",
     "__version__",
     "action_weights",
     "cart_pole",

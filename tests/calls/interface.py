@@ -176,6 +176,8 @@ _LEARNERS: list[tuple[Any, dict[str, Sequence[Make]]]] = [
     (tuckerl.QLearning, {}),
     (tuckerl.Sarsa, {}),
     (tuckerl.SarsaLambda, _TRACES),
+    (tuckerl.WatkinsQLambda, _TRACES),
+    (tuckerl.TrueOnlineSarsaLambda, {"lambda_": _TRACES["lambda_"]}),
     (tuckerl.DynaH, _PLANS),
     (tuckerl.DynaQ, {"planning_steps": these(0, 5)}),
     (tuckerl.DynaQPlus, {"planning_steps": these(0, 5), "kappa": these(0.0, 0.1)}),

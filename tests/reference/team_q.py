@@ -1,21 +1,18 @@
 """Team-Q line by line: Watkins' Q(lambda) on joint states and joint actions, each agent exploring on its own."""
 
-import math
 from typing import Any
 
 import numpy as np
 
-from tests.reference.q_learning import Table
-from tests.reference.sarsa_lambda import SarsaLambdaLearner
+from tests.reference.watkins_q_lambda import WatkinsQLambdaLearner
 
 
-class TeamQLearner(SarsaLambdaLearner):
+class TeamQLearner(WatkinsQLambdaLearner):
     """One team; `sizes` are its agents' numbers of actions."""
 
-    def __init__(self, *args: Any, sizes: tuple[int, ...], cut_traces: bool = True, **kwargs: Any) -> None:
+    def __init__(self, *args: Any, sizes: tuple[int, ...], **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self.sizes, self.cut_traces = sizes, cut_traces
-        self.n_cuts = 0
+        self.sizes = sizes
 
     def policy(self, state: int) -> int:
         """Each agent's part: its own, or that of one greedy joint action."""
@@ -37,24 +34,3 @@ class TeamQLearner(SarsaLambdaLearner):
         """What an agent may do: its part of any joint action that may be taken."""
         allowed = self.world.allowed(state)
         return sorted({int(part) for part in np.unravel_index(allowed, self.sizes)[agent]})
-
-    def episode(self, omega: Table) -> tuple[int, float]:
-        self.begin_episode()
-        s = self.world.first(self.stream)
-        self.trajectory = [s]
-        steps, total, terminated = 0, 0.0, False
-        while not terminated and steps < self.world.limit:
-            a = self.policy(s)
-            best = self.value(s)
-            if self.cut_traces and self.q[s, a] < best and not math.isclose(self.q[s, a], best, rel_tol=1e-12):
-                self.n_cuts += 1
-                self.e[:, :] = 0.0
-            s2, r, terminated = self.world.step(s, a, self.stream)
-            delta = r + self.discount(terminated) * self.value(s2) - self.q[s, a]
-            self.learn(s, a, delta, omega)
-            s = s2
-            steps += 1
-            total += r
-            self.trajectory.append(s)
-        self.epsilon *= self.decay
-        return steps, total

@@ -10,7 +10,20 @@ from tuckerl.studies.dyna_maze import DYNA_MAZE
 from tuckerl.studies.robot_rescue import ROBOT_RESCUE
 from tuckerl.studies.study import Scenario
 
-CONTRACT = "q-learning tq-learning sarsa sarsa-lambda tsarsa-lambda dyna-h dyna-ht team-q team-tq"
+CONTRACT = """
+    q-learning tq-learning
+    sarsa
+    sarsa-lambda tsarsa-lambda
+    watkins-q-lambda t-watkins-q-lambda
+    true-online-sarsa-lambda t-true-online-sarsa-lambda
+    dyna-h dyna-ht
+    team-q team-tq
+    expected-sarsa t-expected-sarsa
+    double-q-learning t-double-q-learning
+    n-step-sarsa t-n-step-sarsa
+    tree-backup t-tree-backup
+    monte-carlo t-monte-carlo
+"""
 
 
 def test_the_algorithms_are_those_of_the_contract() -> None:

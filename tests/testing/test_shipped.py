@@ -63,6 +63,8 @@ SLOWER: list[tuple[type[Learner], dict[str, Any]]] = [
     (tuckerl.TreeBackup, {"n": 3, "target": "policy"}),
     (tuckerl.MonteCarlo, {}),
     (tuckerl.MonteCarlo, {"visits": "every"}),
+    (tuckerl.WatkinsQLambda, {"carry_trace": True}),
+    (tuckerl.TrueOnlineSarsaLambda, {"lambda_": 0.8}),
 ]
 
 

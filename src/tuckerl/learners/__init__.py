@@ -64,6 +64,18 @@ LEARNERS = (
         TVersion("tsarsa-lambda", "TSARSA(λ)", f"{_PAPER} 8", "min"),
     ),
     LearnerEntry(
+        "WatkinsQLambda",
+        "tuckerl.learners.watkins_q_lambda",
+        "Watkins' Q(λ)",
+        "Watkins 1989; Sutton and Barto 2018, section 12.10",
+    ),
+    LearnerEntry(
+        "TrueOnlineSarsaLambda",
+        "tuckerl.learners.true_online_sarsa_lambda",
+        "True online SARSA(λ)",
+        "van Seijen et al. 2016; Sutton and Barto 2018, section 12.7",
+    ),
+    LearnerEntry(
         "DynaH",
         "tuckerl.learners.dyna_h",
         "DYNA-H",

@@ -17,17 +17,15 @@ from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment
 from tuckerl.checks import check_flag, check_name
 from tuckerl.errors import ProblemError
 from tuckerl.learners.team_policy import TeamEpsilonGreedy
-from tuckerl.learners.traces import Traces, flush_traces, learn, sync_row
+from tuckerl.learners.traces import Traces
 from tuckerl.learners.tracing import TracingLearner, act_on_synced_row, end_with_traces
-from tuckerl.training.agent_arrays import AgentArrays, Transition
-from tuckerl.training.algorithm import NOT_FINITE, register_algorithm
-from tuckerl.training.greedy_actions import best_value
+from tuckerl.learners.watkins_q_lambda import act_and_cut, update
+from tuckerl.training.agent_arrays import AgentArrays
+from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.parameters import LearnerParameters
 from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy
 from tuckerl.training.policies.policy import Policy
 from tuckerl.types import BoolArray
-
-_TIE = 1e-12  # values this close differ by the order of additions only, which must not decide
 
 
 class TeamQState(NamedTuple):
@@ -39,25 +37,10 @@ class TeamQState(NamedTuple):
 
 @kernel
 def act(algorithm: TeamQState, agent: AgentArrays, state: int) -> int:
-    """Choose a joint action; one whose value lies below the maximum of its row in ``agent.q`` (S, A) cuts the traces.
-
-    They are cut here and not in the update: an environment may give other masks for the same state a step later.
-    """
-    action = act_on_synced_row(algorithm, agent, state)
-    best = best_value(agent.q, agent.action_mask, state)
-    is_worse = agent.q[state, action] < best - _TIE * abs(best)
-    if not (algorithm.cut_traces and is_worse):
-        return action
-    return action if flush_traces(algorithm.traces, agent.q, agent.step_sizes, agent.log, False) else NOT_FINITE
-
-
-@kernel
-def update(algorithm: TeamQState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
-    """Let the error reach all pairs that have a trace; ``agent.q`` (S, A) changes, partly later."""
-    traces, q, state, action = algorithm.traces, agent.q, transition.state, transition.action
-    sync_row(traces, q, agent.step_sizes, agent.log, transition.next_state)
-    target = transition.reward + transition.discount * best_value(q, agent.action_mask, transition.next_state)
-    return learn(traces, q, agent.step_sizes, agent.log, state, action, target - q[state, action])
+    """Choose a joint action; one below the maximum of its row in ``agent.q`` (S, A) cuts the traces, or not."""
+    if algorithm.cut_traces:
+        return act_and_cut(algorithm, agent, state)
+    return act_on_synced_row(algorithm, agent, state)
 
 
 register_algorithm(TeamQState, act=act, update=update, end_episode=end_with_traces)

@@ -13,6 +13,7 @@ Before phi gets too small to be divided by, a new *epoch* begins from phi = 1 an
 at in an earlier epoch finds there what it needs to catch up, so no step waits until all rows are moved to the new one.
 """
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -32,11 +33,19 @@ LATER, SCALE = 3, 4
 ROWS, EPOCH = 0, 1
 
 
+class Trace(IntEnum):
+    """What a visit makes of a pair's trace."""
+
+    REPLACING = 0  # e <- 1
+    ACCUMULATING = 1  # e <- e + 1
+    DUTCH = 2  # e <- (1 - alpha omega) e + 1
+
+
 class Decay(NamedTuple):
     """How traces grow and decay."""
 
     factor: float  # gamma lambda: 0 is the one-step algorithm, without traces
-    replacing: bool  # e <- 1 at a visit; otherwise e <- e + 1
+    trace: int  # a `Trace`
     carried: bool  # from one episode to the next; otherwise episodes begin without traces
 
 
@@ -243,8 +252,12 @@ def _visit(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeLog
         slot = np.uint32(traces.cursor[ROWS])
         traces.slot[state], traces.state[slot], traces.epoch[slot] = slot, state, traces.cursor[EPOCH]
         traces.synced[slot, 0], traces.synced[slot, 1] = traces.clock[DELTA], traces.clock[REST]
-    one, before = 1.0 / traces.clock[PHI], traces.constant[slot, action]
-    after = one if traces.decay.replacing else before + one
+    before, kept = traces.constant[slot, action], 1.0
+    if traces.decay.trace == Trace.REPLACING:
+        kept = 0.0
+    elif traces.decay.trace == Trace.DUTCH:
+        kept = 1.0 - step_sizes[action]
+    after = kept * before + 1.0 / traces.clock[PHI]
     traces.constant[slot, action] = after
     q[state, action] += step_sizes[action] * ((before - after) * _missed(traces, slot))
 
@@ -290,8 +303,8 @@ def flush_traces(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: Cha
         largest = 0.0
         for action in range(q.shape[1]):
             trace = traces.constant[slot, action] * traces.clock[PHI] if keep else 0.0
-            trace = trace if trace > _FORGET_BELOW else 0.0
-            largest = max(largest, trace)
+            trace = trace if abs(trace) > _FORGET_BELOW else 0.0  # dutch ones may be negative where alpha omega > 1
+            largest = max(largest, abs(trace))
             traces.constant[slot, action] = 0.0
             traces.constant[kept + 1, action] = trace
             n_broken += q[state, action] - q[state, action] != 0.0  # 0 for a finite number, NaN for any other

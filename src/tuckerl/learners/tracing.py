@@ -5,7 +5,7 @@ from typing import Any, Literal, Unpack
 from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_flag, check_name, check_real
-from tuckerl.learners.traces import Decay, empty_traces, flush_traces, sync_row
+from tuckerl.learners.traces import Decay, Trace, empty_traces, flush_traces, sync_row
 from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.training.declared_state import Declaration, DeclaredRecord
 from tuckerl.training.learner import Learner
@@ -62,7 +62,7 @@ class TracingLearner(Learner):
 
     def declare_state(self) -> tuple[Declaration, ...]:
         """Return the traces, which go along with a copied table."""
-        decay = Decay(self.gamma * self.lambda_, self.trace == "replacing", self.carry_trace)
+        decay = Decay(self.gamma * self.lambda_, int(Trace[self.trace.upper()]), self.carry_trace)
         return (
             DeclaredRecord("traces", "copied", lambda n_states, n_actions: empty_traces(n_states, n_actions, decay)),
         )
