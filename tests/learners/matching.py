@@ -73,6 +73,7 @@ def compare_with_step(
     twins = [twin_of(made, problem, agent=agent, **parameters) for agent in range(n_agents)]
     assert isinstance(step.weights, str)
     assert isinstance(step.share, str)
+    assert step.ranks is not None
     ranks = tuple(step.ranks)
     steps, windows = tensor_step.play(
         twins, 10, seed=3, every=4, ranks=ranks, weights=step.weights, sharing=step.share, floor=step.floor

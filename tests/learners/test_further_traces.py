@@ -129,10 +129,10 @@ def test_an_action_that_is_not_greedy_cuts_what_came_before_it() -> None:
 
 
 @pytest.mark.parametrize("ends", [{"lambda_": 0.0}, {"gamma": 0.0}])
-def test_without_lambda_it_is_q_learning_to_the_last_bit(ends: dict[str, float]) -> None:
+def test_without_lambda_it_is_q_learning_to_the_last_bit(ends: dict[str, Any]) -> None:
     problem = random_mdp(61, n_states=30, n_outcomes=2)
     parameters: dict[str, Any] = {"alpha": 0.3, "epsilon": 0.2, "seed": 3, "n_agents": 2}
-    one_step = {name: value for name, value in ends.items() if name == "gamma"}
+    one_step: dict[str, Any] = {name: value for name, value in ends.items() if name == "gamma"}
     ours, theirs = WatkinsQLambda(problem, **ends, **parameters), QLearning(problem, **one_step, **parameters)
     np.testing.assert_array_equal(ours.learn(30).q, theirs.learn(30).q)
     np.testing.assert_array_equal(ours.steps, theirs.steps)
