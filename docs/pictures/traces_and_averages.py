@@ -16,6 +16,7 @@ mpl.use("agg")
 import matplotlib.pyplot as plt  # the backend is chosen first
 import numpy as np
 from matplotlib.axes import Axes
+from tests.learners.average_reward import access_control, best_average, queue_chances
 
 import tuckerl
 from tuckerl.reports.styles import ACTION_STYLES
@@ -106,7 +107,43 @@ def draw_true_online() -> None:
     save(figure, "true-online")
 
 
-PICTURES: dict[str, Callable[[], None]] = {"watkins": draw_watkins, "true-online": draw_true_online}
+def draw_r_learning() -> None:
+    """Draw how the average of the access-control queue is learned, and whom the learned and the best policy accept."""
+    chances, rewards, mask = queue_chances()
+    gain, _, policy = best_average(chances, rewards, mask)
+    begin = tuckerl.RLearning(access_control(200), alpha=0.05, beta=0.005, n_agents=4, seed=0)
+    averages = [begin.learn(1).rho for _ in range(50)]
+    slower = {"alpha": tuckerl.Harmonic(0.05, 10), "beta": tuckerl.Harmonic(0.002, 10)}
+    agent = tuckerl.RLearning(access_control(10_000), n_agents=4, seed=0, **slower).learn(30)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.2), layout="constrained")
+    for number, rho in enumerate(np.transpose(averages)):
+        line(left, 200 * np.arange(1, 51), rho, number, f"rho of agent {number}", every=8)
+    left.axhline(gain, color="0.1", linewidth=1.0)
+    left.text(10_000, 3.3, f"black line: exact, {gain:.3f}", ha="right", fontsize=8)
+    left.set_ylim(0, 3.6)
+    left.legend(frameon=False, fontsize=8, loc="lower right")
+    plain(left, "steps", "reward a step")
+    learned = np.where(mask, agent.q.mean(axis=0), -np.inf).argmax(axis=1)
+    _draw_accepted(right, learned.reshape(11, 4).T, policy.reshape(11, 4).T)
+    save(figure, "r-learning")
+
+
+def _draw_accepted(axes: Axes, learned: Any, exact: Any) -> None:
+    """Draw a field for each priority and number of free servers: shaded where learned to accept, marked where best."""
+    axes.imshow(learned, cmap="Greys", vmin=0, vmax=2.2, aspect="auto", origin="lower")
+    priority, free = np.nonzero(exact)
+    axes.plot(free, priority, linestyle="", marker="o", color="0.1", markersize=4.5)
+    axes.set_yticks(range(4), ["1", "2", "4", "8"])
+    axes.set_xticks(range(11))
+    plain(axes, "free servers", "the customer pays")
+    axes.set_title("accepted: grey as learned, dots as is best", fontsize=9)
+
+
+PICTURES: dict[str, Callable[[], None]] = {
+    "watkins": draw_watkins,
+    "true-online": draw_true_online,
+    "r-learning": draw_r_learning,
+}
 
 
 if __name__ == "__main__":

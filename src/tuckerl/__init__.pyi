@@ -20,6 +20,7 @@ from tuckerl.learners.loading import load as load
 from tuckerl.learners.monte_carlo import MonteCarlo as MonteCarlo
 from tuckerl.learners.n_step_sarsa import NStepSarsa as NStepSarsa
 from tuckerl.learners.q_learning import QLearning as QLearning
+from tuckerl.learners.r_learning import RLearning as RLearning
 from tuckerl.learners.sarsa import Sarsa as Sarsa
 from tuckerl.learners.sarsa_lambda import SarsaLambda as SarsaLambda
 from tuckerl.learners.team_q import TeamQ as TeamQ
@@ -77,6 +78,7 @@ __all__ = [
     "NStepSarsa",
     "OwnDistribution",
     "QLearning",
+    "RLearning",
     "Sarsa",
     "SarsaLambda",
     "Simulator",

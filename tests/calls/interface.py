@@ -178,6 +178,7 @@ _LEARNERS: list[tuple[Any, dict[str, Sequence[Make]]]] = [
     (tuckerl.SarsaLambda, _TRACES),
     (tuckerl.WatkinsQLambda, _TRACES),
     (tuckerl.TrueOnlineSarsaLambda, {"lambda_": _TRACES["lambda_"]}),
+    (tuckerl.RLearning, {"beta": NUMBERS, "gamma": these(1.0)}),
     (tuckerl.DynaH, _PLANS),
     (tuckerl.DynaQ, {"planning_steps": these(0, 5)}),
     (tuckerl.DynaQPlus, {"planning_steps": these(0, 5), "kappa": these(0.0, 0.1)}),

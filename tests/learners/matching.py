@@ -9,16 +9,18 @@ import numpy as np
 from tests.learners.worlds import world_of
 from tests.reference import tensor_step
 from tests.reference.q_learning import QLearner, Table
+from tests.reference.r_learning import RLearner
 from tests.reference.rng import Stream
 from tests.reference.true_online_sarsa_lambda import TrueOnlineSarsaLambdaLearner
 from tests.reference.watkins_q_lambda import WatkinsQLambdaLearner
 from tests.training.test_resume import assert_same
-from tuckerl import TabularMDP, TensorStep, TrueOnlineSarsaLambda, WatkinsQLambda
+from tuckerl import RLearning, TabularMDP, TensorStep, TrueOnlineSarsaLambda, WatkinsQLambda
 from tuckerl.training.learner import Learner
 
 TWINS: dict[type[Learner], Any] = {
     WatkinsQLambda: WatkinsQLambdaLearner,
     TrueOnlineSarsaLambda: TrueOnlineSarsaLambdaLearner,
+    RLearning: RLearner,
 }
 
 

@@ -16,6 +16,7 @@ CONTRACT = """
     sarsa-lambda tsarsa-lambda
     watkins-q-lambda t-watkins-q-lambda
     true-online-sarsa-lambda t-true-online-sarsa-lambda
+    r-learning t-r-learning
     dyna-h dyna-ht
     team-q team-tq
     expected-sarsa t-expected-sarsa

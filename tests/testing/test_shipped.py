@@ -77,6 +77,11 @@ def test_every_learner_is_right(learner: type[Learner], parameters: dict[str, An
     check_learner(learner, parameters=parameters)
 
 
+@pytest.mark.long
+def test_a_learner_of_the_average_reward_is_right() -> None:
+    check_learner(tuckerl.RLearning, discounts=False)
+
+
 def test_a_learner_is_checked_on_a_problem_of_ones_own_too() -> None:
     check_learner(tuckerl.QLearning, env="FrozenLake-v1")
 

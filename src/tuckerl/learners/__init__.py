@@ -76,6 +76,12 @@ LEARNERS = (
         "van Seijen et al. 2016; Sutton and Barto 2018, section 12.7",
     ),
     LearnerEntry(
+        "RLearning",
+        "tuckerl.learners.r_learning",
+        "R-learning",
+        "Schwartz 1993; Mahadevan 1996; Sutton and Barto 1998, section 6.7",
+    ),
+    LearnerEntry(
         "DynaH",
         "tuckerl.learners.dyna_h",
         "DYNA-H",

@@ -21,6 +21,7 @@ def check_learner(
     env: Environment | None = None,
     parameters: Mapping[str, Any] | None = None,
     bootstraps: bool = True,
+    discounts: bool = True,
 ) -> None:
     """Look for the usual mistakes in a learner of your own; say what the first one breaks and what usually causes it.
 
@@ -43,6 +44,9 @@ def check_learner(
         `seed`, which the checks choose.
     bootstraps : bool
         False for methods that never bootstrap, such as Monte Carlo's: a step that was cut off is not looked at then.
+    discounts : bool
+        False for methods of the average reward, such as R-learning: they are given no `gamma`, and their values, which
+        are relative, are not compared with what a single step is worth.
 
     Raises
     ------
@@ -66,7 +70,7 @@ def check_learner(
     chosen = {"alpha", "gamma", "epsilon", "initial_q", "n_agents", "tensor_step", "seed"} & set(own)
     if chosen:
         raise ParameterTypeError(f"parameters must leave {', '.join(sorted(chosen))} to the checks")
-    subject = Subject(learner_class, own)
+    subject = Subject(learner_class, own, discounts=check_flag("discounts", discounts))
     with warnings.catch_warnings(), _mistakes_of_kernels():
         warnings.simplefilter("ignore")  # of ranks and of divergence, which are meant
         _check_parameters(subject)
@@ -74,7 +78,8 @@ def check_learner(
         declaring.check_declarations(subject)
         learning.check_corridor(subject)
         learning.check_changes(subject)
-        learning.check_targets(subject, bootstraps=check_flag("bootstraps", bootstraps))
+        if subject.discounts:
+            learning.check_targets(subject, bootstraps=check_flag("bootstraps", bootstraps))
         learning.check_masks(subject)
         learning.check_divergence(subject)
         learning.check_predictions(subject)
@@ -92,15 +97,16 @@ def _mistakes_of_kernels() -> Iterator[None]:
 
 def _check_parameters(subject: Subject) -> None:
     """Check that parameters reach the learner, and that unknown ones do not go unnoticed."""
-    learner = subject.on_corridor(alpha=0.25, gamma=0.75, epsilon=0.5)
+    chosen = {"alpha": 0.25, "gamma": 0.75, "epsilon": 0.5}
+    learner = subject.on_corridor(**chosen)
     for name in keywords_of(subject.learner_class):
         if name not in NOT_SAVED and not hasattr(learner, name):
             raise LearnerCheckError(
                 f"a learner keeps each parameter of its constructor as an attribute of the same name, which is how a "
                 f"file holds it; {subject.name} has no attribute {name!r}: set self.{name} = {name}"
             )
-    for name, value in (("alpha", 0.25), ("gamma", 0.75), ("epsilon", 0.5)):
-        if getattr(learner, name) != value:
+    for name, value in chosen.items():
+        if (name != "gamma" or subject.discounts) and getattr(learner, name) != value:
             raise LearnerCheckError(
                 f"{subject.name}({name}={value}) has {name}={getattr(learner, name)}: pass all keywords on, "
                 "super().__init__(env, **parameters)"

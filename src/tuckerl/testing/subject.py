@@ -14,16 +14,19 @@ EVERY = 5
 
 
 class Subject:
-    """A class of learners with the parameters that its user gave."""
+    """A class of learners with the parameters that its user gave; `discounts` says whether it takes a gamma."""
 
-    def __init__(self, learner_class: type[Learner], parameters: dict[str, Any]) -> None:
-        self.learner_class, self.name = learner_class, learner_class.__name__
+    def __init__(self, learner_class: type[Learner], parameters: dict[str, Any], *, discounts: bool = True) -> None:
+        self.learner_class, self.name, self.discounts = learner_class, learner_class.__name__, discounts
         self._parameters = parameters
 
     def on(self, env: Any, **chosen: Any) -> Learner:
         """Return a new learner on a problem."""
         common: dict[str, Any] = {"alpha": 0.3, "gamma": 0.9, "epsilon": 0.2, "seed": 0}
-        return self.learner_class(env, **(common | self._parameters | chosen))
+        given = common | self._parameters | chosen
+        if not self.discounts:
+            del given["gamma"]
+        return self.learner_class(env, **given)
 
     def on_corridor(self, **chosen: Any) -> Learner:
         """Return a new learner in the corridor."""
