@@ -6,24 +6,20 @@ the same sharing, whose learning rate is as small as the tensor step makes it on
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
-from tuckerl.adapters.making import make_environment
 from tuckerl.checks import check_int, check_name, shown
 from tuckerl.errors import ParameterError, UnknownNameError
-from tuckerl.studies.algorithms import (
-    Algorithm,
-    check_plays,
-    check_setting,
-    named_algorithm,
-    parameters_of,
-    split_settings,
-    tensor_step,
+from tuckerl.studies.algorithms import Algorithm, check_setting, named_algorithm, parameters_of
+from tuckerl.studies.study import Comparison, Scenario, Study, Variant
+from tuckerl.studies.variants import (
+    MadeVariant,
+    NamedEnvironment,
+    control_of,
+    made_variant,
+    scenario_of,
+    why_no_control,
 )
-from tuckerl.studies.assumptions import invented
-from tuckerl.studies.environments import bins_named, environment_specification, maker
-from tuckerl.studies.study import AlgorithmConfig, Comparison, Scenario, Study, Variant, variant
 
 N_RUNS, N_EPISODES = 50, 500
 SCENARIO_NUMBER = 3  # in the seeds, where the paper's scenarios have 0 to 2
@@ -64,13 +60,6 @@ class ComparisonStudy(NamedTuple):
         """The one comparison; its control is "" where there is none."""
         return self.scenario.comparisons[0]
 
-    def algorithm(self, name: str) -> Algorithm:
-        """Return the algorithm that a variant plays; of the control, that whose control it is."""
-        base, candidate = named_algorithm(self.config.base), named_algorithm(self.config.candidate)
-        if name == self.comparison.control:
-            return candidate if candidate.is_t_version else base
-        return candidate if name == self.comparison.candidate else base
-
 
 def comparison_study(config: ComparisonConfig) -> ComparisonStudy:
     """Return the study of a comparison; every learner in it has been made once, so none of it is impossible.
@@ -88,45 +77,28 @@ def comparison_study(config: ComparisonConfig) -> ComparisonStudy:
     check_name("measure", config.measure, MEASURED)
     _check_numbers(config, algorithms)
     settings = _settings_of_sides(config, algorithms)
-    make_environment(config.environment, config.keywords).close()
-    problem = partial(maker, name=config.environment, keywords=dict(config.keywords))
-    sides = [_side(config, *pair, problem) for pair in zip(algorithms, settings, strict=True)]
-    base, candidate = _with_two_names(sides[0].variant, sides[1].variant)
-    control, no_control = _control(*sides)
-    has_default_ranks = any(
-        one.is_t_version and "ranks" not in own for one, own in zip(algorithms, settings, strict=True)
+    environment = NamedEnvironment(config.environment, config.keywords)
+    base, candidate = _with_two_names(
+        *(_side(config, *pair, environment) for pair in zip(algorithms, settings, strict=True))
     )
-    label = _label(config.environment, config.keywords)
-    claim, control_name = f"{candidate.name} does better than {base.name}", control.name if control else ""
-    scenario = Scenario(
-        name=label,
-        title=f"{algorithms[0].title} and {algorithms[1].title} on {label}",
-        description="",
+    control = control_of(base, candidate)
+    if control is not None:
+        control = replace(control, name=_control_name(control, candidate if candidate.variant.tensor_step else base))
+    names = base.variant.name, candidate.variant.name
+    claim = f"{names[1]} does better than {names[0]}"
+    scenario = scenario_of(
+        environment,
+        [base, candidate],
+        [control] if control else [],
+        (Comparison("", claim, config.measure, *names, control.name if control else ""),),
+        name=environment.label,
+        title=f"{algorithms[0].title} and {algorithms[1].title} on {environment.label}",
         number=SCENARIO_NUMBER,
-        problem=problem,
-        n_instances=1,
         n_runs=config.n_runs,
         n_episodes=config.n_episodes,
-        algorithm=sides[1].algorithm,
-        variants=(base, candidate, *([control] if control else [])),
         measure=config.measure,
-        comparisons=(Comparison("", claim, config.measure, base.name, candidate.name, control_name),),
-        assumptions=(_RANKS,) if has_default_ranks else (),
-        environment=environment_specification(config.environment, config.keywords),
     )
-    return ComparisonStudy(config, Study((scenario,), config.seed), no_control)
-
-
-_RANKS = invented(
-    "Ranks where none are set: 15 for the states, 10 for the actions or one less than there are of these, 9 for the "
-    "episodes, 1 for the agents. The paper gives ranks for its own three problems only; its action ranks are these."
-)
-
-
-class _Side(NamedTuple):
-    variant: Variant
-    algorithm: AlgorithmConfig
-    n_agents: int
+    return ComparisonStudy(config, Study((scenario,), config.seed), why_no_control(*scenario.variants[:2]))
 
 
 def _check_numbers(config: ComparisonConfig, algorithms: tuple[Algorithm, Algorithm]) -> None:
@@ -168,46 +140,39 @@ def _settings_of_sides(
     return made[0], made[1]
 
 
-def _side(config: ComparisonConfig, algorithm: Algorithm, settings: Mapping[str, Any], problem: partial[Any]) -> _Side:
-    check_plays(algorithm, config.environment)
-    parameters, of_step = split_settings(algorithm, settings)
+def _side(
+    config: ComparisonConfig, algorithm: Algorithm, settings: Mapping[str, Any], environment: NamedEnvironment
+) -> MadeVariant:
     n_agents = (config.n_agents or 1) if algorithm.is_t_version else 1
-    with bins_named():
-        learner = algorithm.learner(problem(0), **parameters, n_agents=n_agents)
-    sizes = (learner.problem.n_states, learner.problem.n_actions)
-    step = tensor_step(algorithm, sizes, of_step)
-    of_both = AlgorithmConfig(config.base, config.candidate, algorithm.learner, parameters, step, sizes[1])
-    made = Variant(algorithm.name, algorithm.learner, parameters, n_agents, None)
-    if algorithm.is_t_version:
-        share = "" if step.share == algorithm.share else f"-{step.share}"
-        made = replace(made, name=f"{algorithm.name}-{n_agents}{share}", tensor_step=step)
-    return _Side(made, of_both, learner.n_agents)
-
-
-def _with_two_names(base: Variant, candidate: Variant) -> tuple[Variant, Variant]:
-    """Return both, with two names where they had one."""
-    if base.specification() == candidate.specification():
-        raise ParameterError(
-            f"base and candidate are both {base.name} and would do the same: set something of one of them with "
-            f"--set {CANDIDATE}.NAME=VALUE"
-        )
-    same = base.name == candidate.name
-    return base, replace(candidate, name=f"{candidate.name}-{CANDIDATE}") if same else candidate
-
-
-def _control(base: _Side, candidate: _Side) -> tuple[Variant | None, str]:
-    """Return the constant control of the candidate, or else of the base, or why there is none."""
-    side = candidate if candidate.variant.tensor_step else base
-    step = side.variant.tensor_step
+    made = made_variant(algorithm, settings, n_agents, environment)
+    step = made.variant.tensor_step
     if step is None:
-        return None, "neither of the two has a tensor step whose smaller learning rate would have to be controlled for"
-    if step.weights == "constant":
-        return None, f"the weights of {side.variant.name} are constant: it is its own control"
-    n_agents = side.variant.n_agents
-    shared = f"-{step.share}" if side.n_agents > 1 and step.share != "none" else ""
-    return variant(side.algorithm, f"constant-{n_agents}{shared}"), ""
+        return made
+    return made.named(f"{algorithm.name}-{n_agents}{'' if step.share == algorithm.share else f'-{step.share}'}")
 
 
-def _label(name: str, keywords: Mapping[str, Any]) -> str:
-    given = ", ".join(f"{key}={value!r}" for key, value in keywords.items())
-    return f"{name}({given})" if given else name
+def check_differ(base: Variant, candidate: Variant, advice: str) -> None:
+    """Refuse two variants that would do the same.
+
+    Raises
+    ------
+    ParameterError
+        If that is so; it ends with the `advice`.
+    """
+    if base.specification() == candidate.specification():
+        same = base.name == candidate.name
+        names = f"both {base.name}" if same else f"{base.name} and {candidate.name}"
+        raise ParameterError(f"base and candidate are {names} and would do the same: {advice}")
+
+
+def _with_two_names(base: MadeVariant, candidate: MadeVariant) -> tuple[MadeVariant, MadeVariant]:
+    """Return both, with two names where they had one."""
+    advice = f"set something of one of them with --set {CANDIDATE}.NAME=VALUE"
+    check_differ(base.variant, candidate.variant, advice)
+    name = candidate.variant.name
+    return base, candidate.named(f"{name}-{CANDIDATE}") if name == base.variant.name else candidate
+
+
+def _control_name(control: Variant, side: MadeVariant) -> str:
+    share = control.tensor_step.share if control.tensor_step else "none"
+    return f"constant-{control.n_agents}{f'-{share}' if side.n_agents > 1 and share != 'none' else ''}"

@@ -39,8 +39,8 @@ _BINS = (
 
 
 @contextmanager
-def bins_named() -> Iterator[None]:
-    """Say how a command is given the bins that an environment lacks.
+def bins_named(how: str = "") -> Iterator[None]:
+    """Say how the bins that an environment lacks are given: `how`, or else as a command takes them.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def bins_named() -> Iterator[None]:
     except SpaceError as error:
         if "bins" not in str(error):
             raise
-        raise SpaceError(f"{error}; {_BINS}") from error
+        raise SpaceError(f"{error}; {how or _BINS}") from error
 
 
 def has_several_agents(name: str) -> bool:

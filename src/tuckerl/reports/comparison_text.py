@@ -1,0 +1,65 @@
+"""What came out of a comparison, in sentences."""
+
+import math
+
+from tuckerl.reports.text import all_pairs, amount, amount_interval, counted, joined, measured
+from tuckerl.studies.comparison_result import Compared
+
+
+def outcome_of(compared: Compared) -> str:
+    """Return the result in two or three sentences."""
+    comparison, difference = compared.comparison, compared.difference
+    base, candidate = comparison.base, comparison.candidate
+    if math.isnan(difference.mean):
+        return f"Nothing is left to compare: in {all_pairs(difference.n_diverged)} a run diverged."
+    pairs = counted(difference.n_pairs, "pair")
+    reached = " against ".join(measured(one.mean) for one in reversed(compared.estimates[:2]))
+    words = f"{compared.measure.text} {reached}"
+    by = f"{amount(difference)} {amount_interval(difference)}".strip()
+    if compared.verdict == "not decided":
+        why = "one pair has no interval" if math.isnan(difference.low) else "the interval covers 0"
+        first = (
+            f"These runs do not decide between {candidate} and {base}: {words}, difference {by} over {pairs}; {why}."
+        )
+    else:
+        first = f"{candidate} does {compared.verdict} than {base}: {words}, difference {by} over {pairs}."
+    return f"{first} {against_control(compared)}".rstrip()
+
+
+def against_control(compared: Compared) -> str:
+    """Return what the control says of the difference, or why there is none."""
+    comparison, control = compared.comparison, compared.control
+    if not comparison.control:
+        return f"No control was played: {compared.no_control}."
+    if math.isnan(control.low):
+        return f"There are too few pairs to compare it with the control, {comparison.control}."
+    by = f"{amount(control)} {amount_interval(control)}"
+    how = "better" if control.low > 0 else "worse" if control.high < 0 else "neither better nor worse"
+    return f"{comparison.candidate} does {how} than the control, {comparison.control}: {by}. {_meaning(compared)}"
+
+
+def _meaning(compared: Compared) -> str:
+    """Say what may be concluded of a gain from the comparison with the control."""
+    if compared.candidate.tensor_step is None:
+        return "That control is the base's own: it shows how far the base's weights matter."
+    if compared.verdict != "better":
+        return ""
+    shared = _shared(compared)
+    if compared.control.low > 0:
+        return f"So what the control has too, {shared}, does not explain all of the gain over the base."
+    if compared.control.high < 0:
+        return "So the gain over the base is not the tensor's: with equal weights for all actions it is larger."
+    return f"So what the control has too, {shared}, explains the gain over the base, as far as these runs can tell."
+
+
+def _shared(compared: Compared) -> str:
+    """Return what the control shares with the candidate and not with the base."""
+    base, candidate = compared.base, compared.candidate
+    parts = []
+    if (base.learner, base.parameters) != (candidate.learner, candidate.parameters):
+        parts.append("the algorithm and its parameters")
+    if base.tensor_step is None:
+        parts.append("the smaller learning rate")
+    if candidate.n_agents != base.n_agents:
+        parts.append("the sharing among its agents")
+    return joined(parts) or "the tensor step with constant weights"
