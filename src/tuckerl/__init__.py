@@ -33,6 +33,7 @@ _HOMES = {
     "Simulator": "tuckerl.problems.simulator",
     "SplitEnv": "tuckerl.adapters.split",
     "StopOnReturn": "tuckerl.training.callbacks.stop_on_return",
+    "Study": "tuckerl.reports.study",
     "TabularMDP": "tuckerl.problems.mdp",
     "TensorBoard": "tuckerl.training.callbacks.tensorboard",
     "TensorStep": "tuckerl.generalization.tensor_step",

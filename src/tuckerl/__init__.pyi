@@ -32,6 +32,7 @@ from tuckerl.problems.maze import random_maze as random_maze
 from tuckerl.problems.maze import sutton_maze as sutton_maze
 from tuckerl.problems.mdp import TabularMDP as TabularMDP
 from tuckerl.problems.simulator import Simulator as Simulator
+from tuckerl.reports.study import Study as Study
 from tuckerl.tensor import TuckerDecomposition as TuckerDecomposition
 from tuckerl.tensor import fold as fold
 from tuckerl.tensor import mode_product as mode_product
@@ -85,6 +86,7 @@ __all__ = [
     "Softmax",
     "SplitEnv",
     "StopOnReturn",
+    "Study",
     "TabularMDP",
     "TeamQ",
     "TensorBoard",

@@ -57,7 +57,7 @@ def _right(target: str, positional: int, arguments: Mapping[str, Sequence[Make]]
     def call(_: Any, **given: Any) -> None:
         texts = {name: value if isinstance(value, str) else shown(value) for name, value in given.items()}
         places = list(arguments)[:positional]
-        words = [target, *(texts.pop(name) for name in places if name in texts)]
+        words = [*target.split(), *(texts.pop(name) for name in places if name in texts)]
         for name, text in texts.items():
             option = f"--{name.replace('_', '-')}"
             words += [option] if arguments.get(name) is _FLAG and not text else [option, text]
@@ -78,6 +78,17 @@ def _run(words: list[str]) -> None:
     if status == 2:
         assert 0 < len(message) <= LONGEST_MESSAGE, f"{len(message)} characters: {message:.100}"
         raise ParameterError(message)
+
+
+def _studied() -> dict[str, dict[str, Sequence[Make]]]:
+    places = these("good.tuckerl", ".", "missing.toml", "", "table.npy")
+    return {
+        "run": {"file": places, "out": these("studied"), "workers": _NUMBERS, "runs": _NUMBERS, "yes": _FLAG},
+        "status": {"place": places},
+        "resume": {"folder": places, "workers": _NUMBERS},
+        "report": {"folder": places},
+        "export": {"folder": places, "format": these("csv", "parquet", "x"), "out": these("a.csv", "a.x", "")},
+    }
 
 
 def command_lines() -> list[Target]:
@@ -131,6 +142,7 @@ def command_lines() -> list[Target]:
             },
             2,
         ),
+        *(_right(f"study {name}", 1, arguments, 1) for name, arguments in _studied().items()),
         _right("list", 1, {"what": these("algorithms", "environments", "sarsa", "nothing", "")}, 0),
         _right(
             "reproduce",

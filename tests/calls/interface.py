@@ -386,6 +386,39 @@ def _written(path: Any) -> None:
     shutil.rmtree(path.parent, ignore_errors=True)
 
 
+_STUDY = """
+runs = 1
+episodes = 2
+[[problem]]
+env = "FrozenLake-v1"
+[[algorithm]]
+algorithm = "q-learning"
+"""
+
+
+def _study_targets() -> list[Target]:
+    def study() -> Any:
+        return tuckerl.Study.from_text(_STUDY)
+
+    none: Callable[[Any], None] = lambda result: None  # noqa: E731  # as below
+    most, nowhere = {"most_runs": these(1, 100)}, [*these("nowhere", "."), lambda: Path("nowhere")]
+    return [
+        Target("Study.from_text", _calls(tuckerl.Study.from_text), {"text": these(_STUDY), **most}, 1, check=none),
+        Target("Study.from_file", _calls(tuckerl.Study.from_file), {"path": PATHS, **most}, 1, check=none),
+        Target("Study.from_folder", _calls(tuckerl.Study.from_folder), {"folder": nowhere, **most}, 1, check=none),
+        Target("Study.status", lambda s, **k: s.status(**k), {"folder": nowhere}, 1, study, check=none),
+        Target("Study.report", lambda s, **k: s.report(**k), {"folder": nowhere}, 1, study, check=none),
+        Target(
+            "Study.export",
+            lambda s, **k: s.export(**k),
+            {"folder": nowhere, "out": these(None, "a.csv"), "form": these(None, "csv", "parquet")},
+            1,
+            study,
+            check=none,
+        ),
+    ]
+
+
 def _gymnasium(env: Any) -> None:
     env.reset(seed=0)
     env.close()
@@ -709,6 +742,7 @@ def targets() -> tuple[Target, ...]:
             "TensorBoard", _calls(tuckerl.TensorBoard), {"folder": these("board"), "every": _EVERY}, 1, check=follows
         ),
         Target("Callback", _calls(tuckerl.Callback), {"every": _EVERY}, 1, check=follows),
+        *_study_targets(),
         Target("kernel", _calls(tuckerl.kernel), {"function": these(row)}, 1, check=none),
         Target(
             "inspect_learner",

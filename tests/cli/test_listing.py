@@ -1,5 +1,6 @@
 import pytest
 from rich.console import Console
+from typer import Typer
 
 from tuckerl.cli import COMMANDS, listing, main
 from tuckerl.environments import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
@@ -114,5 +115,8 @@ def test_every_command_and_scenario_has_a_description(capsys: pytest.CaptureFixt
     shown = capsys.readouterr().out
     for name, command in COMMANDS.items():
         assert name in shown
-        assert (command.__doc__ or "").strip()
+        of_group = [one.callback for one in command.registered_commands] if isinstance(command, Typer) else [command]
+        assert of_group
+        for function in of_group:
+            assert (function.__doc__ or "").strip()
     assert "the paper's section IV.A" in listed(["scenarios"], capsys)

@@ -11,10 +11,11 @@ import pytest
 
 from tests.cli.moody_world import ID, Mood
 from tests.cli.test_train import status_of
+from tests.studies.study_texts import LAKE
 from tuckerl import cli
 from tuckerl.cli.signals import endings_are_interrupts
 from tuckerl.reports.inspect import file
-from tuckerl.studies import reproduce, training
+from tuckerl.studies import reproduce, study_folder, training
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals")
 
@@ -61,17 +62,20 @@ def test_all_long_commands_hear_them(command: str, monkeypatch: pytest.MonkeyPat
     for module, name in (
         (file, "inspect_file"),
         (reproduce, "run_study"),
+        (study_folder, "run_study"),
         (training, "load_learner"),
         (training, "build_learner"),
     ):
         monkeypatch.setattr(module, name, terminated)
     Path("agent.tuckerl").write_text("")
+    Path("study.toml").write_text(LAKE)
     arguments = {
         "train": TRAIN[1:],
         "evaluate": ["agent.tuckerl"],
         "show": ["agent.tuckerl"],
         "compare": ["sarsa", "q-learning", "--env", "FrozenLake-v1", "--out", "compared"],
         "reproduce": ["dyna-maze", "--quick", "--out", "results"],
+        "study": ["run", "study.toml"],
     }
     assert status_of(command, *arguments[command]) == 130
 

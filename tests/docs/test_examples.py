@@ -2,6 +2,7 @@
 
 On a page (Markdown), the ``python`` blocks run in order in one namespace and an empty folder; a block in ``>>>`` form
 is compared with what it shows. In a ``console`` block, each line that begins with ``$ tuckerl`` runs and must succeed.
+A ``toml`` block whose first line is ``# NAME.toml`` is written to that file.
 A comment on the line before a block changes that: ``% pending`` (it needs what is not there yet) and ``% not run`` (it
 takes minutes, or shows what others wrote) skip it.
 """
@@ -112,6 +113,8 @@ def test_every_example_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch: p
             run_python(block, page, namespace)
         elif block.kind == "console":
             run_console(block)
+        elif block.kind == "toml" and (named := re.match(r"# (\S+\.toml)\n", block.code)):
+            Path(named[1]).write_text(block.code, "utf-8")
 
 
 @pytest.mark.compiled  # as above

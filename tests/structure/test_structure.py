@@ -152,7 +152,8 @@ def test_the_help_is_light() -> None:
     code = (
         "import tuckerl.cli\n"
         "for arguments in (['--help'], ['reproduce', '--help'], ['compare', '--help'], ['list', '--help'],\n"
-        "                  ['train', '--help'], ['evaluate', '--help'], ['show', '--help']):\n"
+        "                  ['train', '--help'], ['evaluate', '--help'], ['show', '--help'], ['study', '--help'],\n"
+        "                  ['study', 'run', '--help'], ['study', 'export', '--help']):\n"
         "    try: tuckerl.cli.main(arguments)\n"
         "    except SystemExit as end: assert end.code == 0"
     )

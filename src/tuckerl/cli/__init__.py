@@ -19,21 +19,24 @@ from tuckerl.cli.listing import list_names
 from tuckerl.cli.reproduce import reproduce
 from tuckerl.cli.show import show
 from tuckerl.cli.signals import endings_are_interrupts
+from tuckerl.cli.study import study
 from tuckerl.cli.train import train
 from tuckerl.files import FULL
 
 INTERRUPTED = 130
 _INTERRUPTED = "interrupted: what is finished is kept, the same command goes on from there"
 
-COMMANDS: dict[str, Callable[..., None]] = {
+COMMANDS: dict[str, Callable[..., None] | typer.Typer] = {
     "reproduce": reproduce,
     "train": train,
     "evaluate": evaluate,
     "show": show,
     "compare": compare,
+    "study": study,
     "list": list_names,
 }
-"""All commands; the first line of each one's docstring describes it. To add one, write its file and list it here."""
+"""All commands, or groups of them; the first line of each one's docstring describes it. To add one, write its file and
+list it here."""
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -42,7 +45,10 @@ app = typer.Typer(
     help="Tabular reinforcement learning, with knowledge shared through Tucker decompositions of Q-tables.",
 )
 for _name, _command in COMMANDS.items():
-    app.command(_name)(_command)
+    if isinstance(_command, typer.Typer):
+        app.add_typer(_command, name=_name)
+    else:
+        app.command(_name)(_command)
 
 
 def _print_version(wanted: bool) -> None:

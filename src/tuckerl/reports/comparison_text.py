@@ -7,9 +7,24 @@ from tuckerl.studies.comparison_result import Compared
 
 
 def outcome_of(compared: Compared) -> str:
-    """Return the result in two or three sentences."""
+    """Return the result in two or three sentences, one of them on the control."""
+    if compared.difference.n_pairs == 0:
+        return difference_of(compared)
+    return f"{difference_of(compared)} {against_control(compared)}".rstrip()
+
+
+def outcome_in_study(compared: Compared) -> str:
+    """Return the result in a sentence or more: of two without a tensor step, nobody expects a control."""
+    is_plain = compared.base.tensor_step is compared.candidate.tensor_step is None
+    return difference_of(compared) if is_plain else outcome_of(compared)
+
+
+def difference_of(compared: Compared) -> str:
+    """Return what the difference says in one sentence."""
     comparison, difference = compared.comparison, compared.difference
     base, candidate = comparison.base, comparison.candidate
+    if difference.n_pairs == difference.n_diverged == 0:
+        return f"There is no pair of {candidate} and {base} yet."
     if math.isnan(difference.mean):
         return f"Nothing is left to compare: in {all_pairs(difference.n_diverged)} a run diverged."
     pairs = counted(difference.n_pairs, "pair")
@@ -18,12 +33,8 @@ def outcome_of(compared: Compared) -> str:
     by = f"{amount(difference)} {amount_interval(difference)}".strip()
     if compared.verdict == "not decided":
         why = "one pair has no interval" if math.isnan(difference.low) else "the interval covers 0"
-        first = (
-            f"These runs do not decide between {candidate} and {base}: {words}, difference {by} over {pairs}; {why}."
-        )
-    else:
-        first = f"{candidate} does {compared.verdict} than {base}: {words}, difference {by} over {pairs}."
-    return f"{first} {against_control(compared)}".rstrip()
+        return f"These runs do not decide between {candidate} and {base}: {words}, difference {by} over {pairs}; {why}."
+    return f"{candidate} does {compared.verdict} than {base}: {words}, difference {by} over {pairs}."
 
 
 def against_control(compared: Compared) -> str:

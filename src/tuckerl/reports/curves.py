@@ -1,6 +1,7 @@
 """The curves of a scenario's variants, cumulated as in Figures 9, 11 and 13, and those of a comparison by episode."""
 
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,7 +12,11 @@ from tuckerl.reports.panels import Panels, draw_panels, left_out
 from tuckerl.reports.text import counted, measured, whole
 from tuckerl.studies.comparison_result import ComparisonResult
 from tuckerl.studies.figure_text import CurveText, FigureText
-from tuckerl.studies.summary import Summary
+from tuckerl.studies.statistics import Measure
+from tuckerl.studies.study import Scenario
+from tuckerl.studies.study_result import ProblemResult
+from tuckerl.studies.summary import Curve, Summary
+from tuckerl.types import IntArray
 
 
 def _text(summary: Summary) -> CurveText:
@@ -70,47 +75,81 @@ def _alt(summary: Summary) -> str:
 CURVES = FigureSpec(Summary, _text, _draw, _caption, _alt, interactive=_interactive)
 
 
-def _compared_draw(result: ComparisonResult) -> Figure:
-    """Draw each variant's learning curve above and its paired difference from the base below."""
-    column, base = result.measure.column, result.curves[0].variant
-    return draw_panels(
-        Panels(
-            result.study.scenario,
-            result.episode,
-            result.curves,
-            result.measure.larger_is_better,
+class _ByEpisode(NamedTuple):
+    """What is measured in an episode while learning goes on, of all variants on a problem or of some."""
+
+    scenario: Scenario
+    measure: Measure
+    episode: IntArray
+    curves: tuple[Curve, ...]
+
+    @property
+    def panels(self) -> Panels:
+        """Each variant's learning curve above and its paired difference from the base below."""
+        column, base = self.measure.column, self.curves[0].variant
+        shown = {curve.variant for curve in self.curves}
+        variants = tuple(variant for variant in self.scenario.variants if variant.name in shown)
+        return Panels(
+            replace(self.scenario, variants=variants),
+            self.episode,
+            self.curves,
+            self.measure.larger_is_better,
             f"{column} of an episode",
             f"better than {base} by ({column})",
             counts_steps=False,
         )
-    )
+
+    @property
+    def caption(self) -> str:
+        """What it shows."""
+        n_episodes, base, per_point = self.scenario.n_episodes, self.curves[0].variant, int(self.episode[0])
+        rest = " (the last, of what is left)" if n_episodes % per_point else ""
+        points = f" Each point is the mean of {per_point} episodes{rest}." if per_point > 1 else ""
+        n_runs = max(curve.n_runs + curve.n_diverged for curve in self.curves)
+        band = (
+            "Shaded: pointwise 95 % interval of the mean over runs (Student's t)."
+            if n_runs > 1
+            else "One run has no interval."
+        )
+        controls = {one.control for one in self.scenario.comparisons} & {curve.variant for curve in self.curves}
+        dashed = "control, with constant weights, is" if len(controls) == 1 else "controls, with constant weights, are"
+        control = f" The {dashed} dashed." if controls else ""
+        n_variants = len(self.scenario.variants)
+        some = f" Of {n_variants:,} variants, {base} and the best." if len(self.curves) < n_variants else ""
+        return (
+            f"Above: {self.measure.column} of an episode while learning goes on, averaged over a variant's agents; "
+            f"mean of {counted(n_runs, 'run')}.{points} Below: the same as a difference from {base}, taken run by run, "
+            f"so that more is better. {band}{control}{some}{left_out(self.curves)}"
+        )
+
+    @property
+    def alt(self) -> str:
+        """What it shows, for those who cannot see it."""
+        ends = ", ".join(f"{curve.variant} {measured(float(curve.band.mean[-1]))}" for curve in self.curves)
+        return f"Two panels of curves by episode. {self.measure.column.capitalize()} at the end: {ends}."
 
 
-def _compared_text(result: ComparisonResult) -> FigureText:
-    return FigureText("compare", f"{result.measure.column.capitalize()} by episode")
+def _of_comparison(result: ComparisonResult) -> _ByEpisode:
+    return _ByEpisode(result.study.scenario, result.measure, result.episode, result.curves)
 
 
-def _compared_caption(result: ComparisonResult) -> str:
-    config, base = result.study.config, result.curves[0].variant
-    per_point = int(result.episode[0])
-    rest = " (the last, of what is left)" if config.n_episodes % per_point else ""
-    points = f" Each point is the mean of {per_point} episodes{rest}." if per_point > 1 else ""
-    band = (
-        "Shaded: pointwise 95 % interval of the mean over runs (Student's t)."
-        if config.n_runs > 1
-        else "One run has no interval."
-    )
-    control = " The control, with constant weights, is dashed." if result.study.comparison.control else ""
-    return (
-        f"Above: {result.measure.column} of an episode while learning goes on, averaged over a variant's agents; mean "
-        f"of {counted(config.n_runs, 'run')}.{points} Below: the same as a difference from {base}, taken run by run, "
-        f"so that more is better. {band}{control}{left_out(result.curves)}"
-    )
+def _of_problem(result: ProblemResult) -> _ByEpisode:
+    return _ByEpisode(result.scenario, result.measure, *result.curves)
 
 
-def _compared_alt(result: ComparisonResult) -> str:
-    ends = ", ".join(f"{curve.variant} {measured(float(curve.band.mean[-1]))}" for curve in result.curves)
-    return f"Two panels of curves by episode. {result.measure.column.capitalize()} at the end: {ends}."
+COMPARISON = FigureSpec(
+    ComparisonResult,
+    lambda result: FigureText("compare", f"{result.measure.column.capitalize()} by episode"),
+    lambda result: draw_panels(_of_comparison(result).panels),
+    lambda result: _of_comparison(result).caption,
+    lambda result: _of_comparison(result).alt,
+)
 
-
-COMPARISON = FigureSpec(ComparisonResult, _compared_text, _compared_draw, _compared_caption, _compared_alt)
+PROBLEM = FigureSpec(
+    ProblemResult,
+    lambda result: FigureText(f"curves-{result.place + 1}", f"{result.measure.column.capitalize()} by episode"),
+    lambda result: draw_panels(_of_problem(result).panels),
+    lambda result: _of_problem(result).caption,
+    lambda result: _of_problem(result).alt,
+    applies=lambda result: bool(result.curves.curves),
+)

@@ -13,6 +13,7 @@ _LISTED = (
     "tuckerl.reports.ablation:ABLATION",
     "tuckerl.reports.sensitivity_figure:SENSITIVITY",
     "tuckerl.reports.curves:COMPARISON",
+    "tuckerl.reports.curves:PROBLEM",
 )
 
 FIGURES: tuple[FigureSpec[Any], ...] = tuple(map(load, _LISTED))

@@ -15,6 +15,9 @@ from tuckerl.studies.summary import Curve
 from tuckerl.types import IntArray
 
 _CONTROLS, _MAIN = 2.0, 3.0  # orders of drawing
+_WIDTH, _LETTER = 6.9, 0.068  # inches
+_LETTERS = 18  # of labels that a figure of this width has room for; it is widened for longer ones
+_LONGEST_LABEL = 60
 
 
 class Panels(NamedTuple):
@@ -51,9 +54,11 @@ class Panels(NamedTuple):
 
 def draw_panels(panels: Panels) -> Figure:
     """Draw both panels, with 95 % bands."""
-    figure = Figure(figsize=(6.9, 6.0))
+    width = _WIDTH + _LETTER * max(0, max(len(_label(curve.variant)) for curve in panels.curves) - _LETTERS)
+    left, right = (place * _WIDTH / width for place in (0.115, 0.78))
+    figure = Figure(figsize=(width, 6.0))
     upper, lower = figure.subplots(
-        2, sharex=True, gridspec_kw={"left": 0.115, "right": 0.78, "top": 0.985, "bottom": 0.07, "hspace": 0.09}
+        2, sharex=True, gridspec_kw={"left": left, "right": right, "top": 0.985, "bottom": 0.07, "hspace": 0.09}
     )
     styles, base = panels.styles, panels.curves[0].variant
     gains = {name: band for name, band in panels.gains.items() if name != base}
@@ -73,8 +78,16 @@ def draw_panels(panels: Panels) -> Figure:
     lower.set_xlabel("episodes")
     lower.xaxis.set_major_locator(MaxNLocator(integer=True))
     for axes, lines in ((upper, panels.totals), (lower, panels.gains)):
-        label_ends(axes, [EndLabel(name, float(band.mean[-1]), styles[name].colour) for name, band in lines.items()])
+        label_ends(
+            axes, [EndLabel(_label(name), float(band.mean[-1]), styles[name].colour) for name, band in lines.items()]
+        )
     return figure
+
+
+def _label(name: str) -> str:
+    """Return a variant's name as it stands beside its line: what is in the middle of a very long one is left out."""
+    half = _LONGEST_LABEL // 2
+    return name if len(name) <= _LONGEST_LABEL else f"{name[:half]} \N{HORIZONTAL ELLIPSIS} {name[-half:]}"
 
 
 def _draw_line(axes: Axes, episodes: IntArray, band: Band, look: LineStyle, place: int) -> None:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tuckerl.checks import check_int, check_name, check_real, shown
-from tuckerl.errors import ParameterError, ParameterTypeError
+from tuckerl.errors import ParameterError
 from tuckerl.studies.toml_place import Place, check_value
 
 _DIGITS = 12  # of numbers in a range, so that the third of 0.5, 0.6, ... is 0.7 and not 0.7000000000000001
@@ -63,23 +63,21 @@ def read_axis(name: str, value: Any, place: Place) -> Axis:
     ParameterError, UnknownNameError
         If it is neither, empty, or has a value twice.
     """
-    with place.blamed():
-        if isinstance(value, dict):
-            return Axis(name, _span(value, place), place)
-        if not isinstance(value, list):
-            raise ParameterTypeError(
-                f"{name} of a grid must be a list of values, or {{ from = 0.1, to = 0.5, steps = 5 }}; got "
-                f"{shown(value)}"
-            )
-        if not value:
-            raise ParameterError(f"{name} has no value: a grid without it has as many variants")
-        written = [in_a_name(one) for one in value]
-        for at, one in enumerate(written):
-            if one in written[:at]:
-                raise place.inside(at).wrong(f"{name} has the value {one} twice")
+    if isinstance(value, dict):
+        return Axis(name, _span(value, place), place)
+    if not isinstance(value, list):
+        raise place.wrong(
+            f"{name} of a grid must be a list of values, or {{ from = 0.1, to = 0.5, steps = 5 }}; got {shown(value)}"
+        )
+    if not value:
+        raise place.wrong(f"{name} has no value: give it one or more, or leave it out of the grid")
+    written: set[str] = set()
     for at, one in enumerate(value):
         with place.inside(at).blamed():
             check_value(name, one)
+            if in_a_name(one) in written:
+                raise ParameterError(f"{name} has the value {in_a_name(one)} twice")
+        written.add(in_a_name(one))
     return Axis(name, value, place)
 
 
@@ -100,12 +98,12 @@ def _span(table: Mapping[str, Any], place: Place) -> Span:
     found = place.entries(table, _CHECKS)
     for key in ("from", "to", "steps"):
         if key not in found:
-            raise ParameterError(f"{key} is missing: a range is {{ from = 0.1, to = 0.5, steps = 5 }}")
+            raise place.wrong(f"{key} is missing: a range is {{ from = 0.1, to = 0.5, steps = 5 }}")
     low, high, scale = found["from"], found["to"], found.get("scale", "linear")
     if not low < high:
-        raise ParameterError(f"from must be below to; got {low} and {high}")
+        raise place.wrong(f"from must be below to; got {low} and {high}")
     if scale == "log" and low <= 0:
-        raise ParameterError(f"from must be above 0 where the scale is log; got {low}")
+        raise place.wrong(f"from must be above 0 where the scale is log; got {low}")
     return Span(low, high, found["steps"], scale)
 
 

@@ -1,0 +1,152 @@
+"""``tuckerl study``: a study from a TOML file, run, looked at, resumed, reported and exported."""
+
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from tuckerl.cli.options import OverwriteStudy, Workers
+
+if TYPE_CHECKING:
+    from tuckerl.reports.study import Study
+    from tuckerl.studies.study_file import StudyFile
+    from tuckerl.studies.study_folder import StudyStatus
+
+study = typer.Typer(no_args_is_help=True, help="Run a study that a TOML file describes; look at it, report, export.")
+
+File = Annotated[Path, typer.Argument(metavar="FILE", help="A study file, in TOML; docs/studies.md shows one.")]
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder that a study was run into.")]
+Yes = Annotated[bool, typer.Option("--yes", help="Do not ask whether a very large study is meant.")]
+
+
+@study.command("run")
+def run_file(
+    file: File,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results. Default: one in results/study.")] = None,
+    workers: Workers = None,
+    runs: Annotated[
+        int | None, typer.Option(help="Only so many runs of each variant for now; `resume` plays the rest.")
+    ] = None,
+    overwrite: OverwriteStudy = False,
+    yes: Yes = False,
+) -> None:
+    """Play what a study file asks for; write report.html, figures, comparisons.json and runs.parquet.
+
+    The file is checked whole before anything is played. Finished runs in the folder are not run again.
+    """
+    from tuckerl.studies.study_file import read_study_file
+
+    made = _made(read_study_file(file), yes)
+    _play(made, _folder_of(file) if out is None else out, workers, runs, overwrite)
+
+
+@study.command()
+def resume(folder: Folder, workers: Workers = None, yes: Yes = False) -> None:
+    """Play what is missing of the study in a folder, and write its report."""
+    from tuckerl.studies.study_folder import kept_file
+
+    _play(_made(kept_file(folder), yes), folder, workers)
+
+
+@study.command()
+def status(
+    place: Annotated[Path, typer.Argument(metavar="DIR|FILE", help="A study's folder, or a study file.")],
+) -> None:
+    """Say how far a study is, and what each variant has reached; of a file, check it, and say what it asks for.
+
+    A table on a terminal; elsewhere a line each, its columns apart by tabs.
+    """
+    from tuckerl.reports.study import Study
+    from tuckerl.studies.study_file import read_study_file
+    from tuckerl.studies.study_folder import kept_file
+
+    is_file = place.is_file()
+    made = Study(read_study_file(place) if is_file else kept_file(place))
+    folder = _folder_of(place) if is_file else place
+    _show(made.status(folder))
+    typer.echo(f"{made!r}", err=True)
+
+
+@study.command()
+def report(folder: Folder) -> None:
+    """Write the report of a study's finished runs anew, without playing any."""
+    from tuckerl.reports.study import Study
+    from tuckerl.studies.study_folder import kept_file
+
+    _report(Study(kept_file(folder)), folder)
+
+
+@study.command()
+def export(
+    folder: Folder,
+    form: Annotated[
+        str | None, typer.Option("--format", help="csv or parquet. Default: what --out ends in, or csv.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="The file. Default: export.csv or .parquet in the folder.")] = None,
+) -> None:
+    """Write one table: a row for each run, agent and episode, with what grids varied."""
+    from tuckerl.reports.study import Study
+    from tuckerl.studies.study_folder import kept_file
+
+    typer.echo(f"Table: {Study(kept_file(folder)).export(folder, out, form)}")
+
+
+def _folder_of(file: Path) -> Path:
+    return Path("results") / "study" / (re.sub(r"[^\w.-]+", "-", file.stem) or "study")
+
+
+def _made(file: "StudyFile", yes: bool) -> "Study":
+    """Return the study of a file; one that is very large is asked about first."""
+    from tuckerl.errors import ParameterError
+    from tuckerl.reports.study import MOST_RUNS, Study, many_runs
+
+    if file.n_runs > MOST_RUNS and not yes:
+        if not sys.stdin.isatty():
+            raise ParameterError(f"{many_runs(file)}; if that is meant, give --yes")
+        if not typer.confirm(f"{many_runs(file)}. Play them all?", err=True):
+            raise typer.Exit(1)
+    return Study(file)
+
+
+def _play(made: "Study", folder: Path, workers: int | None, runs: int | None = None, overwrite: bool = False) -> None:
+    from tuckerl.cli.compiling import compiling_said
+
+    with compiling_said():
+        made.run(folder, workers=workers, runs=runs, overwrite=overwrite, progress=True)
+    _report(made, folder)
+
+
+def _report(made: "Study", folder: Path) -> None:
+    for words in made.outcomes(folder):
+        typer.echo(words)
+    typer.echo(f"Report: {folder / 'report.html'}")
+
+
+def _show(status: "StudyStatus") -> None:
+    from tuckerl.reports.text import measured, measured_interval
+    from tuckerl.studies.statistics import MEASURES
+
+    measure = MEASURES[status.measure].text
+    rows = [
+        [
+            one.problem,
+            one.estimate.variant,
+            f"{one.n_finished} of {one.n_runs}",
+            str(one.estimate.n_diverged),
+            f"{measured(one.estimate.mean)} {measured_interval(one.estimate.low, one.estimate.high)}".strip(),
+        ]
+        for one in status.variants
+    ]
+    console = Console()
+    if not console.is_terminal:
+        for row in rows:
+            typer.echo("\t".join(row))
+    else:
+        table = Table("Problem", "Variant", "Runs", "Diverged", f"{measure.capitalize()} [95 % interval]")
+        for row in rows:
+            table.add_row(*row)
+        console.print(table)

@@ -1,0 +1,211 @@
+"""The folder of a study that came from a file: the file itself stands in it, so that nothing else is needed."""
+
+import json
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import polars as pl
+
+from tuckerl.checks import check_int, check_name, shown
+from tuckerl.errors import ParameterError
+from tuckerl.files import write_whole
+from tuckerl.studies.estimates import Estimate, Reached
+from tuckerl.studies.reproduce import Progress, run_study
+from tuckerl.studies.runner import StudyTables
+from tuckerl.studies.statistics import MEASURES
+from tuckerl.studies.store import Store
+from tuckerl.studies.study import Scenario, Study, Variant
+from tuckerl.studies.study_file import AGENTS, StudyFile, read_study_file
+from tuckerl.studies.variants import algorithm_of
+
+FILE = "study.toml"
+FORMATS = ("csv", "parquet")
+
+
+class VariantStatus(NamedTuple):
+    """How far a variant is on a problem, and what it has reached so far."""
+
+    problem: str
+    n_runs: int  # in all
+    n_finished: int
+    estimate: Estimate  # of what the study measures, of the finished runs
+
+
+class StudyStatus(NamedTuple):
+    """How far a study is."""
+
+    measure: str
+    variants: tuple[VariantStatus, ...]
+
+    @property
+    def n_runs(self) -> int:
+        """Number of runs in all."""
+        return sum(one.n_runs for one in self.variants)
+
+    @property
+    def n_finished(self) -> int:
+        """Number of runs that are finished."""
+        return sum(one.n_finished for one in self.variants)
+
+    @property
+    def n_diverged(self) -> int:
+        """Number of finished runs that diverged."""
+        return sum(one.estimate.n_diverged for one in self.variants)
+
+
+def kept_file(folder: Path) -> StudyFile:
+    """Return the study file that a folder was made from.
+
+    Raises
+    ------
+    ParameterError, UnknownNameError
+        If there is none, or something is wrong in it.
+    """
+    path = folder / FILE
+    if not path.is_file():
+        what = "is no folder" if not folder.is_dir() else f"holds no {FILE}, so no study was run into it from a file"
+        raise ParameterError(f"{folder} {what}: `tuckerl study run FILE --out {folder}` makes one")
+    return read_study_file(path)
+
+
+def play_study(
+    file: StudyFile,
+    study: Study,
+    folder: Path,
+    *,
+    workers: int,
+    overwrite: bool = False,
+    runs: int | None = None,
+    progress: Progress | None = None,
+) -> StudyTables:
+    """Play what is missing of a study in its folder, and return all its tables.
+
+    Parameters
+    ----------
+    file : StudyFile
+        A copy of which is kept in the folder.
+    study : Study
+        Of the file.
+    folder : Path
+    workers : int
+    overwrite : bool
+        Whether another study's results in the folder may be deleted.
+    runs : int, optional
+        Only so many runs of each variant for now, where it has more.
+    progress : callable, optional
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError
+        If a number is impossible.
+    OutputError, OutputConflictError
+        If the folder cannot be written, or holds another study's results and `overwrite` is False.
+    """
+    if runs is not None:
+        most = check_int("runs", runs, 1)
+        study = replace(study, scenarios=tuple(one.resized(n_runs=min(one.n_runs, most)) for one in study.scenarios))
+    kept = False
+
+    def report(done: int, total: int) -> None:
+        nonlocal kept
+        if not kept:  # from here on, the folder is this study's
+            write_whole(folder / FILE, file.text.encode())
+            kept = True
+        if progress is not None:
+            progress(done, total)
+
+    return run_study(study, folder, workers=workers, overwrite=overwrite, progress=report)
+
+
+def finished_tables(study: Study, folder: Path) -> StudyTables:
+    """Return the tables of all runs that are finished in a folder.
+
+    Raises
+    ------
+    OutputConflictError, SavedFileError
+        If they are another study's, or damaged.
+    """
+    return Store(folder, study).tables
+
+
+def status_of(study: Study, tables: StudyTables | None) -> StudyStatus:
+    """Return how far a study is, with its tables or None where nothing was played."""
+    return StudyStatus(
+        study.scenarios[0].measure,
+        tuple(one for scenario in study.scenarios for one in _status_of_problem(scenario, tables)),
+    )
+
+
+def _status_of_problem(scenario: Scenario, tables: StudyTables | None) -> list[VariantStatus]:
+    own = StudyTables(*(frame.filter(pl.col("scenario") == scenario.name) for frame in tables)) if tables else None
+    reached = Reached(own, MEASURES[scenario.measure]) if own else None
+    none = Estimate("", math.nan, math.nan, math.nan, 0, 0, math.nan)
+    statuses = []
+    for variant in scenario.variants:
+        name = variant.name
+        estimate = reached.estimate(name) if reached else none._replace(variant=name)
+        n_finished = reached.runs_of([name])["run"].n_unique() if reached else 0
+        statuses.append(VariantStatus(scenario.name, scenario.n_runs, n_finished, estimate))
+    return statuses
+
+
+def export_format(out: Path | None, form: str | None) -> str:
+    """Return the format of an export: that which is named, or else that of the file's ending, or else CSV.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such format.
+    """
+    if form is not None:
+        return check_name("format", form, FORMATS)
+    ending = out.suffix.removeprefix(".").lower() if out is not None else FORMATS[0]
+    if ending in FORMATS:
+        return ending
+    raise ParameterError(f"the file must end in .csv or .parquet, or the format be named; got {shown(str(out))}")
+
+
+def exported(study: Study, tables: StudyTables, varied: Iterable[str]) -> pl.DataFrame:
+    """Return a row for each run, agent and episode: what was played, by what, and what came of it.
+
+    Parameters
+    ----------
+    study : Study
+    tables : StudyTables
+    varied : names
+        Of settings, or "agents"; a column for each, as text where not all values are numbers.
+    """
+    names = list(dict.fromkeys(varied))
+    keys: dict[str, list[Any]] = {"scenario": [], "variant": [], "algorithm": []}
+    settings: dict[str, list[Any]] = {name: [] for name in names}
+    for scenario, variant in ((one, variant) for one in study.scenarios for variant in one.variants):
+        for key, value in zip(keys, (scenario.name, variant.name, algorithm_of(variant).name), strict=True):
+            keys[key].append(value)
+        for name in names:
+            settings[name].append(_setting(variant, name))
+    columns = pl.DataFrame(keys | {name: _column(values) for name, values in settings.items()}, strict=False)
+    joined = tables.runs.join(columns, on=["scenario", "variant"], how="left", maintain_order="left")
+    rest = [name for name in tables.runs.columns if name not in ("scenario", "variant", "instance")]
+    return joined.select(pl.col("scenario").alias("problem"), "variant", "algorithm", *names, *rest)
+
+
+def _setting(variant: Variant, name: str) -> Any:
+    """Return what a variant was given for a setting; None where that was left to the default, or is none of its."""
+    if name == AGENTS:
+        return variant.n_agents
+    return variant.parameters.get(name, getattr(variant.tensor_step, name, None))
+
+
+def _column(values: list[Any]) -> list[Any]:
+    """Return values of one type: numbers where they are all such, or else texts."""
+    present = [value for value in values if value is not None]
+    if all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in present):
+        return values
+    return [None if value is None else _written(value) for value in values]
+
+
+def _written(value: Any) -> str:
+    return json.dumps(value) if isinstance(value, (bool, int, float, list, tuple)) else str(value)

@@ -1,0 +1,85 @@
+"""What came out of a study, problem by problem: estimates of all variants, curves of some, every comparison."""
+
+import math
+import zlib
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from tuckerl.studies.comparison_result import Compared
+from tuckerl.studies.estimates import Estimate, LearningCurves, Reached
+from tuckerl.studies.runner import StudyTables
+from tuckerl.studies.statistics import MEASURES, Measure, compare_with_control
+from tuckerl.studies.study import Comparison, Scenario, Study
+
+MOST_CURVES = 9  # in one figure
+
+
+class ProblemResult(NamedTuple):
+    """What came out on one problem."""
+
+    place: int  # in the study
+    scenario: Scenario
+    estimates: tuple[Estimate, ...]  # in the order of the variants, of the scenario's measure
+    curves: LearningCurves
+    comparisons: tuple[Compared, ...]
+
+    @property
+    def measure(self) -> Measure:
+        """What is measured."""
+        return MEASURES[self.scenario.measure]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the problem's entry in ``comparisons.json``."""
+        return {
+            "problem": self.scenario.name,
+            "measure": self.scenario.measure,
+            "variants": [estimate.to_dict() for estimate in self.estimates],
+            "comparisons": [compared.to_dict() for compared in self.comparisons],
+        }
+
+
+def summarise_study(study: Study, tables: StudyTables) -> list[ProblemResult]:
+    """Return what came out on each problem, of all runs that there are."""
+    return [
+        _problem_result(study, place, scenario, _of_scenario(tables, scenario))
+        for place, scenario in enumerate(study.scenarios)
+    ]
+
+
+def _of_scenario(tables: StudyTables, scenario: Scenario) -> StudyTables:
+    return StudyTables(*(frame.filter(pl.col("scenario") == scenario.name) for frame in tables))
+
+
+def _problem_result(study: Study, place: int, scenario: Scenario, tables: StudyTables) -> ProblemResult:
+    reached = Reached(tables, MEASURES[scenario.measure])
+    estimates = tuple(reached.estimate(variant.name) for variant in scenario.variants)
+    curves = reached.learning_curves(_with_curves(scenario, estimates), scenario.n_episodes)
+    comparisons = tuple(_compared(study, scenario, one, reached) for one in scenario.comparisons)
+    return ProblemResult(place, scenario, estimates, curves, comparisons)
+
+
+def _compared(study: Study, scenario: Scenario, comparison: Comparison, reached: Reached) -> Compared:
+    names = [name for name in (comparison.base, comparison.candidate, comparison.control) if name]
+    # Each interval has its own stream, so that no comparison's numbers depend on which others there are.
+    entropy = [study.seed, scenario.number, zlib.crc32(comparison.id.encode())]
+    difference, control = compare_with_control(reached.runs_of(names), comparison, entropy)
+    variants = {variant.name: variant for variant in scenario.variants}
+    estimates = tuple(reached.estimate(name, MEASURES[comparison.measure]) for name in names)
+    return Compared(
+        comparison, variants[comparison.base], variants[comparison.candidate], difference, control, estimates
+    )
+
+
+def _with_curves(scenario: Scenario, estimates: tuple[Estimate, ...]) -> list[str]:
+    """Return the variants whose curves are shown: all, or where they are too many the first base and the best."""
+    names = [variant.name for variant in scenario.variants]
+    if len(names) <= MOST_CURVES:
+        return names
+    base = scenario.comparisons[0].base if scenario.comparisons else names[0]
+    sign = -1 if MEASURES[scenario.measure].larger_is_better else 1
+    means = [math.inf if math.isnan(one.mean) else sign * one.mean for one in estimates]
+    best = [names[at] for at in np.argsort(means, kind="stable") if names[at] != base]
+    shown = {base, *best[: MOST_CURVES - 1]}
+    return [base, *(name for name in names if name in shown and name != base)]
