@@ -8,7 +8,7 @@ import pytest
 import tuckerl
 from tests.studies.study_texts import LAKE, changed
 from tuckerl.errors import ParameterError, UnknownNameError
-from tuckerl.generalization.step import TensorStep
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.studies.study import Study
 from tuckerl.studies.study_file import parse_study_file, read_study_file
 from tuckerl.studies.study_making import seed_number, study_of
