@@ -76,7 +76,8 @@ def played(
             world(settings["first maze"][phase] + run), **parameters, n_agents=n_agents, tensor_step=step, seed=seed
         )
         made.learn(problem["episodes"])
-        assert made.diverged_at is None
+        if made.diverged_at is not None:
+            raise RuntimeError(f"a table of {name} diverged in run {run}")
         values.append(float((made.steps if problem["measure"] == "steps" else made.returns).mean()))
     return np.array(values)
 
@@ -144,7 +145,7 @@ def main(*, anew: bool) -> None:
         warnings.simplefilter("ignore")  # ranks that a window clips, and what is not a study's to say
         for name, result in study(settings):
             results[name] = result
-            print(name, json.dumps(result["tuned"]), json.dumps(result["variants"]), flush=True)
+            sys.stderr.write(f"{name}: {json.dumps(result['tuned'])} {json.dumps(result['variants'])}\n")
         RESULTS.write_text(json.dumps(results, indent=1) + "\n", "utf-8")
     results = json.loads(RESULTS.read_text("utf-8"))
     draw(results)

@@ -82,7 +82,7 @@ def test_the_window_is_as_small_as_what_changed_in_it() -> None:
     short = QLearning(problem.with_time_limit(5), epsilon=1.0, seed=0)  # lends its world, where five steps touch few
     learner._state.worlds = short._state.worlds
     learner.learn(1)
-    tensor = step_state.snapshots.tensor(learner.change_logs)
+    tensor = step_state.snapshots.tensor(learner.change_logs, np.arange(2))
     assert tensor.shape[0] <= 5 + 2
     dense = np.stack([learner.q[0], learner.q[0]], axis=2)  # as after an episode that changes nothing more
     ours, theirs = unfold(tensor, 1), unfold(dense, 1)
@@ -96,4 +96,4 @@ def test_when_every_state_was_touched_no_row_is_added() -> None:
         learner = QLearning(problem, epsilon=1.0, initial_q=initial_q, tensor_step=step, seed=0).learn(9)
         step_state = learner._state.tensor_step
         assert step_state is not None
-        assert step_state.snapshots.tensor(learner.change_logs).shape == (2, 3, 10, 1)
+        assert step_state.snapshots.tensor(learner.change_logs, np.arange(10)).shape == (2, 3, 10, 1)

@@ -8,7 +8,9 @@ import pytest
 from tuckerl import TensorStep
 from tuckerl.errors import ParameterError, ParameterTypeError, TuckerlError, UnknownNameError
 from tuckerl.generalization.loadings import Loadings
+from tuckerl.generalization.sharing import ShareContext
 from tuckerl.generalization.step import TensorStepState
+from tuckerl.types import FloatArray
 
 RIGHT: dict[str, Any] = {"every": 10, "ranks": (15, 3, 9, 1)}
 
@@ -33,6 +35,20 @@ RIGHT: dict[str, Any] = {"every": 10, "ranks": (15, 3, 9, 1)}
         ),
         ({"ranks": None, "weights": "none"}, ParameterError, r"read by share='max'.* share='visits' needs none"),
         ({"ranks": None, "share": "visits"}, ParameterError, r"read by weights='paper': four whole numbers such as"),
+        ({"shrink": -0.1}, ParameterError, r"shrink must be a number in \[0, 1\]; got -0.1"),
+        ({"shrink": 1.1}, ParameterError, r"shrink .* got 1.1"),
+        ({"shrink": "a lot"}, ParameterTypeError, r"shrink .* got 'a lot'"),
+        ({"share_every": 0}, ParameterError, r"share_every must be a whole number of at least 1; got 0"),
+        ({"share_every": 2.0}, ParameterTypeError, r"share_every .* got 2.0"),
+        ({"share_every": 4, "share": "mean"}, ParameterError, r"one of every and share_every must .* 10 and 4: 8 goes"),
+        ({"share_every": 25}, ParameterError, r"must be a multiple of the other; got 10 and 25: 20 goes with 10"),
+        ({"share_every": 5}, ParameterError, r"share_every must be a multiple of every where share='max' reads the"),
+        ({"share_every": 5, "share": "visits", "shrink": 0.5}, ParameterError, r"where shrink=0.5 reads the factors"),
+        (
+            {"ranks": None, "weights": "none", "share": "visits", "shrink": 0.5},
+            ParameterError,
+            r"ranks must be given, as the factors of a decomposition are read by shrink=0.5: four whole numbers",
+        ),
         ({"weights": "papr"}, UnknownNameError, "unknown weights 'papr': did you mean 'paper'"),
         ({"weights": "omega"}, UnknownNameError, "use one of constant, none, paper, permuted, relative"),
         ({"weights": None}, ParameterTypeError, "weights must be one of constant, .* got None"),
@@ -89,6 +105,25 @@ def test_changes_are_kept_only_where_something_reads_them() -> None:
     assert [visits.logged_episodes(n_agents) for n_agents in (1, 2)] == [0, 3]
     assert TensorStep(every=3, weights="none", share="mean").logged_episodes(2) == 0
     assert TensorStep(**RIGHT).logged_episodes(1) == 10
+
+
+def test_steps_are_as_far_apart_as_the_more_frequent_of_the_two() -> None:
+    for share_every, share_interval, interval in ((None, 10, 10), (5, 5, 5), (30, 30, 10), (10, 10, 10)):
+        step = TensorStep(10, weights="none", share="visits", share_every=share_every)
+        assert (step.share_interval, step.interval) == (share_interval, interval)
+        assert step.logged_episodes(3) == share_interval
+    assert TensorStep(10, (1, 1, 1, 1), share="visits", share_every=5).logged_episodes(3) == 10
+    assert TensorStep(10, (1, 1, 1, 1), share="visits", share_every=30).logged_episodes(3) == 30
+    assert TensorStep(10, (1, 1, 1, 1), share="mean", share_every=30).logged_episodes(3) == 10
+
+
+def test_a_function_is_given_norms_only_where_they_are_those_of_this_window() -> None:
+    def norms(context: ShareContext) -> FloatArray:
+        return np.asarray(context.agent_norms / context.agent_norms.sum())
+
+    assert TensorStep(10, (1, 1, 1, 1), share=norms).sharing.needs_decomposition
+    assert TensorStep(10, (1, 1, 1, 1), share=norms, share_every=20).sharing.needs_decomposition
+    assert not TensorStep(10, (1, 1, 1, 1), share=norms, share_every=5).sharing.needs_decomposition
 
 
 def test_loadings_that_are_made_while_a_window_closes_take_no_newer_ones_place() -> None:

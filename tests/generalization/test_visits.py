@@ -37,8 +37,7 @@ def logged(tables: FloatArray, first: FloatArray, also: list[int] | None = None)
 
 def counted(windows: FloatArray, first: FloatArray, also: list[int] | None = None) -> tuple[IntArray, IntArray]:
     """Return what `Snapshots.changes` does for tables (N, E, S, A) that all begin as `first`, (S, A)."""
-    snapshots = Snapshots(first, len(windows), windows.shape[1])
-    return snapshots.changes(tuple(logged(tables, first, also) for tables in windows))
+    return Snapshots(first, len(windows)).changes(tuple(logged(tables, first, also) for tables in windows), 0)
 
 
 def shared(windows: FloatArray, first: FloatArray) -> tuple[FloatArray, FloatArray]:

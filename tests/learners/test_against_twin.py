@@ -129,12 +129,14 @@ def _compare_with_step(
         floor=step.floor,
         tol=step.tol,
         max_iterations=step.max_iterations,
+        shrink=step.shrink,
+        share_every=step.share_every,
     )
     history = learner.tensor_step_history
     assert learner.steps.tolist() == steps
     np.testing.assert_allclose(history.weights, [window.omega for window in windows], rtol=0, atol=1e-9)
     np.testing.assert_allclose(learner.action_weights, windows[-1].omega, rtol=0, atol=1e-9)
-    assert history.episode.tolist() == [4, 8]
+    assert history.episode.tolist() == list(range(step.interval, 11, step.interval))
     assert history.chosen.tolist() == [window.chosen for window in windows]
     if step.needs_decomposition:
         assert history.ranks.tolist() == [list(window.ranks) for window in windows]
@@ -161,6 +163,46 @@ def test_tensor_step_of_dyna_h_and_of_touched_tables_equals_its_twin(
     problem = random_mdp(12, n_states=12, limit=5)
     step = TensorStep(every=4, ranks=(15, 2, 9, 1), floor=0.3, tol=1e-6)
     _compare_with_step(problem, step, n_agents, dyna=dyna, initial_q=initial_q)
+
+
+@pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
+@pytest.mark.parametrize(
+    ("every", "share_every", "weights", "share"),
+    [
+        (4, 2, "paper", "visits"),
+        (6, 2, "paper", "mean"),
+        (4, 1, "permuted", "random"),
+        (2, 4, "paper", "visits"),
+        (2, 4, "relative", "max"),
+        (3, 9, "constant", "best"),
+        (9, 3, "none", "visits"),
+        (1, 2, "none", "visits"),
+    ],
+)
+def test_sharing_more_and_less_often_equals_its_twin(every: int, share_every: int, weights: str, share: str) -> None:
+    # Of 30 states a window touches few: rows stand still, and rows change in one part of a window only.
+    problem = random_mdp(14, n_states=30, n_outcomes=2, limit=6)
+    step = TensorStep(every, (3, 2, 2, 2), weights=weights, share=share, share_every=share_every)
+    _compare_with_step(problem, step, n_agents=3, initial_q=-0.5)
+
+
+@pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
+@pytest.mark.parametrize(
+    ("shrink", "n_agents", "share_every", "weights", "share"),
+    [
+        (0.25, 3, None, "paper", "visits"),
+        (1.0, 3, None, "none", "max"),
+        (0.5, 3, 4, "paper", "mean"),
+        (0.5, 3, 4, "none", "none"),
+        (0.5, 1, None, "none", "visits"),
+    ],
+)
+def test_shrinking_equals_its_twin(
+    shrink: float, n_agents: int, share_every: int | None, weights: str, share: str
+) -> None:
+    problem = random_mdp(14, n_states=30, n_outcomes=2, limit=6)
+    step = TensorStep(2, (3, 2, 2, 2), weights=weights, share=share, shrink=shrink, share_every=share_every)
+    _compare_with_step(problem, step, n_agents, initial_q=-0.5)
 
 
 def test_truncated_hosvd_equals_its_twin() -> None:

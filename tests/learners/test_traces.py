@@ -11,6 +11,7 @@ import pytest
 from tests.learners.worlds import agent_of, drift, random_mdp
 from tuckerl import QLearning, Sarsa, SarsaLambda, Simulator, TabularMDP, TeamQ
 from tuckerl.errors import SimulatorError
+from tuckerl.generalization.step import TensorStepResult
 from tuckerl.learners import traces as module
 from tuckerl.learners.team_policy import TeamEpsilonGreedyArrays, choose
 from tuckerl.learners.traces import EPOCH, ROWS
@@ -99,13 +100,13 @@ def test_a_copied_agents_traces_replace_what_was_there() -> None:
 
     before = [dense(agent) for agent in range(3)]
     assert not np.array_equal(before[0], before[1])
-    learner._state.share(np.array([0.0, 1.0, 0.0]), None)
+    learner._state.share(TensorStepResult(learner.action_weights, np.array([0.0, 1.0, 0.0]), finite=True))
     for agent in range(3):
         np.testing.assert_array_equal(dense(agent), before[1])
         np.testing.assert_array_equal(learner.q[agent], learner.q[1])
     learner.learn(2)
     assert not np.array_equal(dense(0), dense(1))  # copies, not the same memory
-    learner._state.share(np.array([0.5, 0.5, 0.0]), None)
+    learner._state.share(TensorStepResult(learner.action_weights, np.array([0.5, 0.5, 0.0]), finite=True))
     for agent in range(3):
         assert not dense(agent).any()
 

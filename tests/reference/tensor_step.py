@@ -110,6 +110,16 @@ def share_traces(agents: Sequence[QLearner], mixture: Sequence[float]) -> None:
         agent.e = common.copy()
 
 
+def shrunk(agents: Sequence[QLearner], MQT: Table, factors: list[Table], rows: set[int], part: float) -> None:
+    """Draw the rows that the window changed to what the decomposition says of its last episode."""
+    core = project(MQT, factors)
+    S_p, A_p, E_p, Ag_p = factors
+    for j, agent in enumerate(agents):
+        said = np.einsum("abcd,sa,tb,c,d->st", core, S_p, A_p, E_p[-1], Ag_p[j])
+        for s in rows:
+            agent.q[s] = (1 - part) * agent.q[s] + part * said[s]
+
+
 def play(
     agents: Sequence[QLearner],
     episodes: int,
@@ -122,44 +132,66 @@ def play(
     floor: float = 0.0,
     tol: float = 1e-4,
     max_iterations: int = 50,
+    shrink: float = 0.0,
+    share_every: int | None = None,
 ) -> tuple[list[list[int]], list[Window]]:
     """Figure 5, 7 or 8 from line 6 or 7 on; return the steps by episode and agent, and what the step did."""
     n_states, n_actions = agents[0].q.shape
+    share_every = share_every or every
     omega = np.ones(n_actions)
     MQT = np.zeros((n_states, n_actions, every, len(agents)))
-    returns = np.zeros((every, len(agents)))
+    rows: set[int] = set()  # that were updated since omega changed
+    returns: list[list[float]] = []
     before = [agent.q.copy() for agent in agents]  # at the end of the latest episode
-    changes = [np.zeros((n_states, n_actions)) for _ in agents]  # in how many episodes of the window
+    changes = [np.zeros((n_states, n_actions)) for _ in agents]  # in how many episodes since tables were shared
     steps: list[list[int]] = []
     windows: list[Window] = []
     for i in range(1, episodes + 1):
         steps.append([0] * len(agents))
+        returns.append([0.0] * len(agents))
         for j, agent in enumerate(agents):
-            steps[-1][j], returns[i % every, j] = agent.episode(omega)
-            MQT[:, :, i % every, j] = agent.q
+            steps[-1][j], returns[-1][j] = agent.episode(omega)
+            MQT[:, :, (i - 1) % every, j] = agent.q
             changes[j] += agent.q != before[j]
             before[j] = agent.q.copy()
-        if i % every == 0 and MQT.any():
-            used = clipped(MQT, ranks)
-            _, A_p, _, Ag_p = factors_of(MQT, used, tol, max_iterations)
-            rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STEP_STREAM, i // every)))
-            omega = np.array([max(w, floor) for w in weigh(weights, A_p, rng)])
-            mixture = share(sharing, Ag_p, returns, rng)
-            if sharing == "visits":
-                common = by_visits([agent.q for agent in agents], changes)
-                for agent in agents:
-                    agent.q = common.copy()
-                share_traces(agents, [])
-            if mixture is not None:
-                common = np.array(sum(part * agent.q for part, agent in zip(mixture, agents, strict=True)))
-                for agent in agents:
-                    agent.q = common.copy()
-                share_traces(agents, mixture)
-            copied = mixture is not None and max(mixture) == 1.0
-            windows.append(Window(omega, int(np.argmax(mixture)) if copied and mixture else -1, tuple(used)))
-        elif i % every == 0:
-            windows.append(Window(omega, -1, (0, 0, 0, 0)))
-        if i % every == 0:
+            rows |= set(agent.trajectory[:-1])
+        weighs, shares = i % every == 0, i % share_every == 0
+        if not (weighs or shares):
+            continue
+        chosen, used = -1, [0, 0, 0, 0]
+        if not weighs or MQT.any():
+            rng = np.random.default_rng(
+                np.random.SeedSequence(seed, spawn_key=(STEP_STREAM, i // min(every, share_every)))
+            )
+            factors = [np.ones((1, 1))] * 4
+            if weighs:
+                used = clipped(MQT, ranks)
+                factors = factors_of(MQT, used, tol, max_iterations)
+                omega = np.array([max(w, floor) for w in weigh(weights, factors[1], rng)])
+            if shares:
+                mixture = share(sharing, factors[3], np.array(returns[-share_every:]), rng)
+                chosen = shared(agents, sharing, mixture, changes)
+            if shares and shrink > 0:
+                shrunk(agents, MQT, factors, rows, shrink)
+        windows.append(Window(omega, chosen, tuple(used)))
+        if shares:
             before = [agent.q.copy() for agent in agents]
             changes = [np.zeros((n_states, n_actions)) for _ in agents]
+        if weighs:
+            rows = set()
     return steps, windows
+
+
+def shared(agents: Sequence[QLearner], sharing: str, mixture: list[float] | None, changes: list[Table]) -> int:
+    """Let all agents go on with one table, and return whose it is, -1 if it is nobody's."""
+    if sharing == "visits":
+        common = by_visits([agent.q for agent in agents], changes)
+        mixture = []  # of nobody's whole table
+    elif mixture is None:
+        return -1
+    else:
+        common = np.array(sum(part * agent.q for part, agent in zip(mixture, agents, strict=True)))
+    for agent in agents:
+        agent.q = common.copy()
+    share_traces(agents, mixture)
+    return mixture.index(1.0) if 1.0 in mixture else -1

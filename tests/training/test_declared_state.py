@@ -27,10 +27,10 @@ from tuckerl.training.declared_state import (
     read_state,
     restore_state,
     saved_state,
-    share_state,
 )
 from tuckerl.training.learner import Learner
 from tuckerl.training.memory_account import declared_bytes
+from tuckerl.training.sharing import share_state
 from tuckerl.types import FloatArray, IntArray
 
 INITIAL = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]])

@@ -59,6 +59,30 @@ def test_pieces_equal_the_whole(
     assert_same(through_files, whole)
 
 
+TIMES = {
+    "twice a window": TensorStep(8, (4, 2, 3, 1), share="visits", share_every=4),
+    "mean twice a window": TensorStep(8, (4, 2, 3, 1), share="mean", share_every=2),
+    "every other window": TensorStep(4, (4, 2, 3, 1), weights="permuted", share="visits", share_every=8),
+    "without windows": TensorStep(8, weights="constant", share="visits", share_every=4),
+    "shrunk": TensorStep(4, (4, 2, 3, 1), share="visits", share_every=8, shrink=0.25),
+}
+
+
+@pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
+@pytest.mark.parametrize("pieces", [(5, 2, 13), (6, 5, 9), (4, 7, 9)])
+@pytest.mark.parametrize("step", TIMES)
+@pytest.mark.parametrize("learner", [QLearning, SarsaLambda])
+def test_pieces_equal_the_whole_however_often_agents_share(
+    learner: type[Learner], step: str, pieces: tuple[int, ...], tmp_path: Path
+) -> None:
+    whole = make(learner, TIMES[step], 3).learn(20)
+    through_files = make(learner, TIMES[step], 3)
+    for piece in pieces:
+        through_files.save(tmp_path / "learner")
+        through_files = learner.load(tmp_path / "learner").learn(piece)
+    assert_same(through_files, whole)
+
+
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
 @pytest.mark.parametrize("learner", LEARNERS)
 def test_fifty_and_fifty_are_a_hundred(learner: type[Learner]) -> None:

@@ -22,7 +22,10 @@ NO_STRAY = np.iinfo(np.int64).min
 
 
 class ChangeLog(NamedTuple):
-    """One agent's changes in one window of up to E episodes, over S states and A actions.
+    """One agent's changes in up to E episodes, over S states and A actions.
+
+    What agents go on with that share between two episodes counts as an episode: see
+    :mod:`tuckerl.generalization.log_window`.
 
     The arrays are as long as a window could ever need; memory that is never written costs nothing, because the
     operating system hands out pages on first touch.
@@ -92,6 +95,15 @@ def restart_log(log: ChangeLog) -> None:
     """Forget the window's entries and begin the next window."""
     log.cursor[ENTRIES] = log.cursor[EPISODES] = 0
     log.end[:] = 0
+
+
+def log_shared(log: ChangeLog, q: FloatArray, states: IntArray) -> None:
+    """Write into a log that, between two episodes, the rows of `states`, (R,), have become those of `q`, (S, A)."""
+    rows = slice(log.cursor[ENTRIES], log.cursor[ENTRIES] + states.size)
+    log.state[rows], log.row[rows] = states, q[states]
+    log.cursor[ENTRIES] = log.end[log.cursor[EPISODES]] = rows.stop
+    log.cursor[EPISODES] += 1
+    log.cursor[CLOCK] += 1
 
 
 def saved_log(log: ChangeLog) -> dict[str, np.ndarray]:

@@ -22,8 +22,9 @@ from tuckerl.errors import (
     ZeroWeightWarning,
     warn,
 )
-from tuckerl.generalization.change_log import ChangeLog
+from tuckerl.generalization.change_log import ChangeLog, log_shared
 from tuckerl.generalization.loadings import Loadings, loadings_of, read_loadings
+from tuckerl.generalization.log_window import LogWindow
 from tuckerl.generalization.mixtures import is_copy
 from tuckerl.generalization.one_thread import ONE_THREAD
 from tuckerl.generalization.sharing import ShareContext
@@ -46,6 +47,14 @@ _NOT_DECOMPOSED = (
 _HUGE, _UNIT = 2.0**900, 2.0**-600  # sums of many numbers as large as the first leave the range of floats
 
 
+class Shrinkage(NamedTuple):
+    """By how much which rows are to be drawn to what a decomposition says of them."""
+
+    part: float  # in (0, 1]
+    states: IntArray  # (C,)
+    rows: FloatArray  # (N, C, A)
+
+
 class TensorStepResult(NamedTuple):
     """What a learner has to do after a window."""
 
@@ -53,6 +62,7 @@ class TensorStepResult(NamedTuple):
     mixture: FloatArray | None  # (N,) of the tables that all agents go on with, (N, R, A) of entries, None for none
     finite: bool  # False where a table is not finite any more
     states: IntArray | None = None  # (R,) whose rows may differ between agents; None where that is not known
+    shrinkage: Shrinkage | None = None  # after that
 
 
 class HeldStep(NamedTuple):
@@ -70,7 +80,7 @@ class TensorStepState:
         self, step: TensorStep, initial_q: FloatArray, n_agents: int, sequence: np.random.SeedSequence
     ) -> None:
         self.step, self._weighting, self._sharing = step, step.weighting, step.sharing
-        self.snapshots = Snapshots(initial_q, n_agents, step.every)
+        self.snapshots, self.places = Snapshots(initial_q, n_agents), LogWindow(step, n_agents)
         self._ranks = (1, 1, 1, 1) if step.ranks is None else tuple(step.ranks)  # without ranks nothing reads them
         self._n_actions, self._n_agents = initial_q.shape[1], n_agents
         self._sequence = sequence
@@ -104,32 +114,46 @@ class TensorStepState:
     def _result(
         self, weights: FloatArray, logs: tuple[ChangeLog, ...], returns: FloatArray, q: FloatArray
     ) -> TensorStepResult:
-        weigh, decomposition, fit, ranks = self._weighting, None, np.nan, _NO_RANKS
-        episode = returns.shape[1]
+        step, decomposition, fit, ranks = self.step, None, np.nan, _NO_RANKS
+        episode, unit = returns.shape[1], 1.0
+        weighs, shares = episode % step.every == 0, episode % step.share_interval == 0
         rng: Any = None  # for rules that draw nothing
-        if weigh.draws or self._sharing.draws:
-            rng = np.random.default_rng(child(self._sequence, _STREAM, episode // self.step.every))
-        if self.step.needs_decomposition:
-            tensor, largest = self._tables(logs)
+        if self._weighting.draws or self._sharing.draws:
+            rng = np.random.default_rng(child(self._sequence, _STREAM, episode // step.interval))
+        if weighs and step.needs_decomposition:
+            tensor, largest, unit = self._tables(logs, episode)
             if not math.isfinite(largest):
                 return TensorStepResult(weights, None, finite=False)
             decomposition, ranks = self._decomposed(tensor, largest, episode)
             if decomposition is None:  # everything stays as it is, but for weights that do not ask
-                if not weigh.needs_decomposition:
+                if not self._weighting.needs_decomposition:
                     weights = self._weights(None, rng)
                 self._remember(episode, weights, None, fit=np.nan, ranks=ranks)
                 return TensorStepResult(weights, None, finite=True)
             fit = decomposition.fit
-        weights = self._weights(decomposition, rng)
-        mixture, states = self._mixture(decomposition, rng, logs, returns, q)
+        weights = self._weights(decomposition, rng) if weighs else weights
+        mixture, states = self._mixture(decomposition, rng, logs, returns, q) if shares else (None, None)
         self._remember(episode, weights, mixture, fit=fit, ranks=ranks)
-        return TensorStepResult(weights, mixture, finite=True, states=states)
+        shrinkage = None
+        if shares and step.shrink > 0.0 and decomposition is not None:
+            rows = _last_episode(decomposition, self.snapshots.changed.size) / unit
+            shrinkage = Shrinkage(step.shrink, self.snapshots.changed, rows)
+        return TensorStepResult(weights, mixture, finite=True, states=states, shrinkage=shrinkage)
 
-    def begin_window(self, logs: tuple[ChangeLog, ...], q: FloatArray, result: TensorStepResult) -> None:
-        """Begin the window that follows `result`, with the (N, S, A) tables as they are now."""
-        if logs[0].enabled:
-            may_differ = result.mixture is None and self._n_agents > 1
-            self.snapshots.restart(logs, q, result.states, may_differ=may_differ)
+    def begin_window(self, logs: tuple[ChangeLog, ...], q: FloatArray, result: TensorStepResult, episode: int) -> None:
+        """Go on from `result` after so many episodes, with the (N, S, A) tables as they are now."""
+        if self.places.length == 0:
+            return
+        if episode % self.step.share_interval == 0:
+            stay_apart = result.mixture is None or result.shrinkage is not None
+            self.snapshots.may_differ = stay_apart and self._n_agents > 1
+        if self.places.is_end(episode):
+            are_all = self.step.share_interval == self.places.length and result.shrinkage is None
+            self.snapshots.restart(logs, q, result.states if are_all else None)
+        elif self.places.is_shared_within(episode):
+            states = self.snapshots.states[:0] if result.mixture is None else result.states
+            for log, table in zip(logs, q, strict=True):
+                log_shared(log, table, self.snapshots.touched(logs) if states is None else states)
 
     def _weights(self, decomposition: TuckerDecomposition | None, rng: Any) -> FloatArray:
         """Return the actions' weights in the next window, (A,)."""
@@ -152,25 +176,29 @@ class TensorStepState:
         q: FloatArray,
     ) -> tuple[FloatArray | None, IntArray | None]:
         """Return what all agents go on with, and the states whose rows that changes; None where that is not known."""
-        norms = None if decomposition is None else row_norms(decomposition.factors[3])
-        context, states = ShareContext(norms, returns[:, -self.step.every :].T.copy(), rng), None
+        norms, episode, n_episodes = None, returns.shape[1], self.step.share_interval
+        if decomposition is not None:
+            norms = row_norms(decomposition.factors[3])
+        context, states = ShareContext(norms, returns[:, -n_episodes:].T.copy(), rng), None
         if self._sharing.needs_changes and self._n_agents > 1:
-            states, changes = self.snapshots.changes(logs)
+            states, changes = self.snapshots.changes(logs, self.places.place(episode - n_episodes + 1))
             context = context._replace(states=states, rows=q[:, states], changes=changes)
         mixture = self._sharing.mix(context)
         if mixture is not None and mixture.ndim == 1:
-            states = self.snapshots.states if logs[0].enabled else None
+            states = self.snapshots.touched(logs) if self.places.length else None
         return mixture, states
 
-    def _tables(self, logs: tuple[ChangeLog, ...]) -> tuple[FloatArray, float]:
-        """Return the window's tables and their largest magnitude; where that is huge, in units of its power of two."""
+    def _tables(self, logs: tuple[ChangeLog, ...], episode: int) -> tuple[FloatArray, float, float]:
+        """Return the window's tables, their largest magnitude, and in what unit they are: a power of two where huge."""
+        window = range(episode - self.step.every + 1, episode + 1)
+        places = np.array([self.places.place(one) for one in window], dtype=np.int64)
         with np.errstate(over="ignore", invalid="ignore"):
-            tensor = self.snapshots.tensor(logs)
+            tensor = self.snapshots.tensor(logs, places)
             largest = max(tensor.max(initial=0.0), -tensor.min(initial=0.0))
             if largest < _HUGE:
-                return tensor, float(largest)
-            tensor = self.snapshots.tensor(logs, _UNIT)
-        return tensor, float(np.abs(tensor).max())
+                return tensor, float(largest), 1.0
+            tensor = self.snapshots.tensor(logs, places, _UNIT)
+        return tensor, float(np.abs(tensor).max()), _UNIT
 
     def _decomposed(
         self, tensor: FloatArray, largest: float, episode: int
@@ -238,7 +266,7 @@ class TensorStepState:
         SavedFileError
             If it is none of such a learner's.
         """
-        every, n_agents, n_actions = self.step.every, self._n_agents, self._n_actions
+        every, n_agents, n_actions = self.step.interval, self._n_agents, self._n_actions
         episode = arrays.take("episode", np.int64, (ANY_LENGTH,))
         n, episodes = episode.size, int(finished.min())
         is_due = n == episodes // every - 1 and (episodes % every == 0 or diverged)
@@ -254,7 +282,7 @@ class TensorStepState:
             fit,
             arrays.take("ranks", np.int64, (n, 4), -1),
         )
-        sizes = (self.snapshots.n_states, n_actions, every, n_agents)
+        sizes = (self.snapshots.n_states, n_actions, self.step.every, n_agents)
         loadings = read_loadings(arrays.group("loadings"), sizes, self._ranks, episodes)
         return HeldStep(self.snapshots.read(arrays, finite=not diverged), history, loadings)
 
@@ -277,3 +305,12 @@ class TensorStepState:
     ) -> None:
         chosen = int(np.argmax(mixture)) if mixture is not None and is_copy(mixture) else -1
         self._history.append((episode, weights.copy(), chosen, fit, ranks))
+
+
+def _last_episode(decomposition: TuckerDecomposition, n_rows: int) -> FloatArray:
+    """Return what a decomposition says of the first rows of the tables after the last episode, (N, rows, A)."""
+    of_states, of_actions, of_episodes, of_agents = decomposition.factors
+    last = np.tensordot(decomposition.core, of_episodes[-1], axes=([2], [0]))  # (r_0, r_1, r_3)
+    last = np.tensordot(of_agents, last, axes=([1], [2]))  # (N, r_0, r_1)
+    rows: FloatArray = of_states[:n_rows] @ last @ of_actions.T
+    return rows

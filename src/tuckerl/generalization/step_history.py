@@ -8,7 +8,7 @@ from tuckerl.types import BoolArray, FloatArray, IntArray
 
 
 class TensorStepHistory(NamedTuple):
-    """What the step did after each of W windows."""
+    """What the step did each of W times: after each window, and where tables are shared more often, then too."""
 
     episode: IntArray  # (W,) episodes finished by then
     weights: FloatArray  # (W, A) the learning-rate weights from then on

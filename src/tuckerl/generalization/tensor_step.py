@@ -34,11 +34,18 @@ class TensorStep:
         Weights below it are raised to it. 0, the paper's rule, lets an action without values stop learning.
     tol, max_iterations : float, int
         When the decomposition stops; 0 iterations is the truncated HOSVD.
+    shrink : float
+        After sharing, each agent's rows of the window become (1 - shrink) Q + shrink times what the decomposition says
+        of its own table after the window's last episode.
+    share_every : int, optional
+        Episodes from one sharing to the next, over which returns and changes are counted; by default `every`. One of
+        the two must be a multiple of the other. The weights change every `every` episodes, whatever it is.
 
     Raises
     ------
     ParameterError, ParameterTypeError, UnknownNameError
-        If a parameter is out of its range, of the wrong type or not a known name, or ranks are needed and missing.
+        If a parameter is out of its range, of the wrong type or not a known name, if ranks are needed and missing, or
+        if `share_every` does not go with `every`.
 
     References
     ----------
@@ -52,6 +59,8 @@ class TensorStep:
     floor: float = 0.0
     tol: float = 1e-4
     max_iterations: int = 50
+    shrink: float = 0.0
+    share_every: int | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "every", check_int("every", self.every, 1))
@@ -65,11 +74,40 @@ class TensorStep:
         object.__setattr__(self, "floor", check_real("floor", self.floor, 0.0, 1.0))
         object.__setattr__(self, "tol", check_real("tol", self.tol, 0.0))
         object.__setattr__(self, "max_iterations", check_int("max_iterations", self.max_iterations, 0))
+        object.__setattr__(self, "shrink", check_real("shrink", self.shrink, 0.0, 1.0))
+        self._check_share_every()
         if self.ranks is None and self.needs_decomposition:
             raise ParameterError(
                 f"ranks must be given, as the factors of a decomposition are read by {' and '.join(self._readers)}: "
                 "four whole numbers such as (15, 3, 9, 1); weights='none' with share='visits' needs none"
             )
+
+    def _check_share_every(self) -> None:
+        if self.share_every is None:
+            return
+        object.__setattr__(self, "share_every", check_int("share_every", self.share_every, 1))
+        longer, shorter = max(self.every, self.share_interval), self.interval
+        if longer % shorter:
+            raise ParameterError(
+                f"one of every and share_every must be a multiple of the other; got {self.every} and "
+                f"{self.share_every}: {shown(longer // shorter * shorter)} goes with {shorter}"
+            )
+        readers = [text for text in self._readers if not text.startswith("weights")]
+        if readers and self.share_interval % self.every:
+            raise ParameterError(
+                f"share_every must be a multiple of every where {' and '.join(readers)} reads the factors of a "
+                f"decomposition, which is made every {self.every} episodes; got {self.share_every}"
+            )
+
+    @property
+    def share_interval(self) -> int:
+        """Episodes from one sharing to the next."""
+        return self.every if self.share_every is None else self.share_every
+
+    @property
+    def interval(self) -> int:
+        """Episodes from one step to the next: weights may change then, or tables be shared, or both."""
+        return min(self.every, self.share_interval)
 
     @property
     def weighting(self) -> Weighting:
@@ -81,7 +119,8 @@ class TensorStep:
         """The rule that `share` names."""
         if isinstance(self.share, str):
             return SHARING_RULES[self.share]
-        return custom_sharing(self.share, reads_norms=self.ranks is not None)
+        are_known = self.ranks is not None and self.share_interval % self.every == 0
+        return custom_sharing(self.share, reads_norms=are_known)
 
     @property
     def needs_decomposition(self) -> bool:
@@ -92,12 +131,13 @@ class TensorStep:
     def _readers(self) -> list[str]:
         """What reads the factors, in words."""
         named = (("weights", self.weights, self.weighting), ("share", self.share, self.sharing))
-        return [f"{name}={shown(value)}" for name, value, rule in named if rule.needs_decomposition]
+        readers = [f"{name}={shown(value)}" for name, value, rule in named if rule.needs_decomposition]
+        return [*readers, f"shrink={self.shrink:g}"] if self.shrink > 0.0 else readers
 
     def logged_episodes(self, n_agents: int) -> int:
         """Return of how many episodes the changes are kept, for something to read them; 0 if nothing does."""
-        reads_changes = self.sharing.needs_changes and n_agents > 1
-        return self.every if self.needs_decomposition or reads_changes else 0
+        of_sharing = self.share_interval if self.sharing.needs_changes and n_agents > 1 else 0
+        return max(of_sharing, self.every if self.needs_decomposition else 0)
 
 
 def _check_ranks(ranks: object) -> tuple[int, ...]:

@@ -55,13 +55,19 @@ class Variant:
 
     def specification(self) -> dict[str, Any]:
         """Return all that decides what it does, as JSON."""
-        step = self.tensor_step
+        step = None if self.tensor_step is None else as_entries(self.tensor_step)
         return {
             "learner": self.learner.__name__,
             "parameters": {name: in_words(value) for name, value in self.parameters.items()},
             "n_agents": self.n_agents,
-            "tensor_step": None if step is None else {**vars(step), "ranks": step.ranks and list(step.ranks)},
+            "tensor_step": step,
         }
+
+
+def as_entries(step: TensorStep) -> dict[str, Any]:
+    """Return a tensor step's parameters as JSON; those that older studies did not know only where they are set."""
+    entries = {name: value for name, value in vars(step).items() if value or name not in ("shrink", "share_every")}
+    return entries | {"ranks": step.ranks and list(step.ranks)}
 
 
 def variant(algorithm: AlgorithmConfig, name: str) -> Variant:

@@ -1,7 +1,6 @@
 """The arrays that an algorithm or a policy keeps for each agent, declared once.
 
-From the declaration follow how they are allocated, saved, restored, and shared at a tensor step, by a *mixture*: see
-:mod:`tuckerl.generalization.mixtures`.
+From the declaration follow how they are allocated, saved, restored, and shared at a tensor step (see `sharing`).
 """
 
 from collections.abc import Callable
@@ -13,9 +12,8 @@ from numpy.typing import DTypeLike
 
 from tuckerl.checks import check_text, shown
 from tuckerl.errors import ImmutableError, ParameterError, SavedFileError
-from tuckerl.generalization.mixtures import agent_weights, is_copy, row_weights, share_tables
 from tuckerl.saved_arrays import SavedArrays, grouped
-from tuckerl.types import FloatArray, IntArray
+from tuckerl.types import FloatArray
 
 Arrays = dict[str, np.ndarray]
 
@@ -109,6 +107,11 @@ class DeclaredArray:
         """Whether agents share only those rows that were recorded as changed."""
         return self.share in ("by_entry", "by_row") and self.is_by_state
 
+    @property
+    def is_of_values(self) -> bool:
+        """Whether it is a table of values beside the Q-table, which begins and is shared as that does."""
+        return self.initial is None and self.share == "by_entry" and self.shape == ("states", "actions")
+
     def sizes(self, initial_q: FloatArray) -> tuple[int, ...]:
         """Return its shape; `initial_q` is (S, A)."""
         sizes = {"states": initial_q.shape[0], "actions": initial_q.shape[1]}
@@ -168,58 +171,6 @@ class DeclaredRecord:
 
 
 Declaration = DeclaredArray | DeclaredRecord
-
-
-def share_state(
-    declaration: Declaration, values: list[Any], mixture: FloatArray, states: IntArray | None, initial_q: FloatArray
-) -> None:
-    """Let all agents go on with a mixture of what they hold.
-
-    Parameters
-    ----------
-    declaration : Declaration
-    values : list
-        What each of N agents holds under it; changed in place.
-    mixture : (N,) or (N, R, A) float64
-        Of whole tables, or of the entries in the rows of R states.
-    states : (R,) int64 or None
-        The states whose rows can differ between agents; None where that is not known.
-    initial_q : (S, A) float64
-    """
-    heaviest = int(np.argmax(agent_weights(mixture)))
-    one_agent = is_copy(mixture)
-    if declaration.share == "none":
-        return
-    if isinstance(declaration, DeclaredRecord):
-        for agent, record in enumerate(values):
-            if not one_agent:
-                record.clear()
-            elif agent != heaviest:  # each gets copies of its own, which a record may keep as they are
-                record.set_arrays(SavedArrays.of(values[heaviest].to_arrays()))
-        return
-    if declaration.share in ("heaviest", "copied"):
-        source = values[heaviest] if one_agent or declaration.share == "heaviest" else declaration.create(initial_q)
-        for array in values:
-            if array is not source:
-                array[...] = source
-        return
-    rows: Any = states if states is not None and declaration.is_shared_by_rows else slice(None)
-    tables = np.stack([array[rows] for array in values])
-    share_tables(tables, _weights_of(declaration, mixture), None)
-    if declaration.share == "by_row" and not one_agent:
-        np.maximum(tables, 0.0, out=tables)
-        sums = tables.sum(axis=-1, keepdims=True)
-        tables /= np.where(sums > 0.0, sums, 1.0)  # a row of zeros is no distribution, and stays
-    for array, shared in zip(values, tables, strict=True):
-        array[rows] = shared
-
-
-def _weights_of(declaration: DeclaredArray, mixture: FloatArray) -> FloatArray:
-    """Return the weights by which an array is mixed: of its entries where they are the Q-table's, else of more."""
-    if not declaration.is_shared_by_rows:
-        return agent_weights(mixture)
-    of_entries = declaration.share == "by_entry" and declaration.shape == ("states", "actions")
-    return mixture if of_entries else row_weights(mixture)
 
 
 def carried_over(before: Declaration | None, declaration: Declaration, value: Any, initial_q: FloatArray) -> Any:

@@ -124,7 +124,7 @@ class Learned(ABC):
     @property
     def window(self) -> int:
         """Episodes from one tensor step to the next; without one, from one call of callbacks to the next."""
-        return WINDOW if self.tensor_step is None else self.tensor_step.every
+        return WINDOW if self.tensor_step is None else self.tensor_step.interval
 
     @property
     def diverged_at(self) -> int | None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from tuckerl.generalization.log_window import LogWindow
 from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.memory import Part, available_memory
 from tuckerl.problems.problem import Problem
@@ -44,8 +45,8 @@ def learner_parts(
         Part("copies of the environment", (n_worlds - 1) * problem.copy_bytes, FEWER_AGENTS),
         *(Part(f"{one.name!r}", n_agents * declared_bytes(one, n_states, n_actions), advice) for one in declarations),
     ]
-    if tensor_step is not None and (n_logged := tensor_step.logged_episodes(n_agents)):
-        parts += _window_parts(problem, n_agents, n_logged, decomposes=tensor_step.needs_decomposition)
+    if tensor_step is not None:
+        parts += _window_parts(problem, n_agents, tensor_step)
     return parts
 
 
@@ -57,19 +58,22 @@ def _undo_bytes(problem: Problem, declarations: Sequence[Declaration]) -> int:
     return n_states * (2 + n_actions) * _FLOAT + declared
 
 
-def _window_parts(problem: Problem, n_agents: int, every: int, *, decomposes: bool) -> Iterator[Part]:
+def _window_parts(problem: Problem, n_agents: int, step: TensorStep) -> Iterator[Part]:
     """Yield the log of changed rows, and what is made of it: a tensor, or what says who changed which entry."""
+    places = LogWindow(step, n_agents)
+    if places.length == 0:
+        return
     n_states, n_actions = problem.n_states, problem.n_actions
     steps = (problem.max_episode_steps or n_states) + 1
     advice = "use a smaller `every` of TensorStep, fewer agents, or coarser bins"
-    row = n_agents * every * (n_actions + 1) * _FLOAT
+    row = n_agents * places.n_places * (n_actions + 1) * _FLOAT
     reserved = row * n_states
     log = reserved if reserved > available_memory() else row * min(n_states, steps)
     yield Part("changes of a window", log, advice)
-    rows = min(n_states, n_agents * every * steps)
+    rows = min(n_states, n_agents * places.length * steps)
     table = n_agents * n_actions * rows * _FLOAT
-    if decomposes:
-        yield Part("tensors of a window and of the one before", 2 * every * table, advice)
+    if step.needs_decomposition:
+        yield Part("tensors of a window and of the one before", 2 * step.every * table, advice)
     else:
         yield Part("rows of a window, before and after, their changes and shares", 4 * table, advice)
 

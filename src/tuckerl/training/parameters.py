@@ -201,11 +201,15 @@ def check_step(learner: str, step: object, no_weights: str | None, no_sharing: s
         return None
     if not isinstance(step, TensorStep):
         raise ParameterTypeError(f"tensor_step must be a tuckerl.TensorStep or None; got {shown(step)}")
-    for name, value, reason in (("weights", step.weights, no_weights), ("share", step.share, no_sharing)):
-        if reason is not None and value != "none":
-            raise ParameterError(
-                f'a tensor step of {learner} must have {name}="none": {reason}; got {name}={shown(value)}'
-            )
+    for name, off, reason in (
+        ("weights", "none", no_weights),
+        ("share", "none", no_sharing),
+        ("shrink", 0, no_sharing),
+    ):
+        value = getattr(step, name)
+        if reason is not None and value != off:
+            needed = f'{name}="none"' if off else f"{name}=0"
+            raise ParameterError(f"a tensor step of {learner} must have {needed}: {reason}; got {name}={shown(value)}")
     return step
 
 

@@ -98,7 +98,7 @@ class Trainer:
     def _play_on(self, until: int, max_steps: int) -> None:
         """Play up to an episode or until the first agent has made `max_steps` steps, or let those behind catch up."""
         state, history = self._state, self._state.history
-        chunk = _CHUNK if state.tensor_step is None else state.tensor_step.step.every
+        chunk = _CHUNK if state.tensor_step is None else state.tensor_step.step.interval
         until = min(until, history.episodes + chunk - history.episodes % chunk)
         if not history.in_sync:
             until, max_steps = history.most_episodes, _UNLIMITED
@@ -188,6 +188,5 @@ class Trainer:
             state.diverged_at = state.history.episodes
             return
         state.weights = result.weights
-        if result.mixture is not None and state.n_agents > 1:
-            state.share(result.mixture, result.states)
-        step.begin_window(state.logs, state.q, result)
+        state.share(result)
+        step.begin_window(state.logs, state.q, result, state.history.episodes)

@@ -19,8 +19,8 @@ from tuckerl.generalization.change_log import (
     undo_changes,
     with_tables,
 )
-from tuckerl.generalization.mixtures import share_tables
-from tuckerl.generalization.step import TensorStepState
+from tuckerl.generalization.log_window import LogWindow
+from tuckerl.generalization.step import TensorStepResult, TensorStepState
 from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.problems.worlds import World
 from tuckerl.rng import child, stream
@@ -34,7 +34,6 @@ from tuckerl.training.declared_state import (
     read_state,
     restore_state,
     saved_state,
-    share_state,
 )
 from tuckerl.training.held_state import HeldAgent, HeldState, is_seen, read_mask, read_streams, read_weights
 from tuckerl.training.history import EpisodeHistory
@@ -42,6 +41,7 @@ from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.row_maxima import maxima_of, room_for_maxima
 from tuckerl.training.rules import Rules
 from tuckerl.training.schedules import ScheduleValues, read_past
+from tuckerl.training.sharing import share_all
 from tuckerl.types import BoolArray, FloatArray, IntArray, Stream
 
 MakeAlgorithmState = Callable[[Mapping[str, Any], FloatArray], Any]
@@ -104,7 +104,7 @@ class TrainingState:
         self.step_sizes: FloatArray = np.zeros((n_agents, n_actions))
         self.streams = [stream(child(sequence, agent)) for agent in range(n_agents)]
         self._trajectory: IntArray = np.zeros((n_agents, 2, trajectory_length(max_episode_steps)), dtype=np.int64)
-        window = 0 if tensor_step is None else tensor_step.logged_episodes(n_agents)
+        window = 0 if tensor_step is None else LogWindow(tensor_step, n_agents).n_places
         self.logs: tuple[ChangeLog, ...] = tuple(empty_log(n_states, n_actions, window) for _ in range(n_agents))
         self._maxima = [room_for_maxima(n_states, n_actions) if keeps_maxima else None for _ in range(n_agents)]
         self._kept: dict[int, _Kept] = {}
@@ -153,7 +153,7 @@ class TrainingState:
     def due_step(self) -> TensorStepState | None:
         """The tensor step where a window has ended and the step has not followed yet (a user's function may raise)."""
         step = self.tensor_step
-        return step if step is not None and step.n_windows < self.history.episodes // step.step.every else None
+        return step if step is not None and step.n_windows < self.history.episodes // step.step.interval else None
 
     @property
     def in_sync(self) -> bool:
@@ -236,19 +236,9 @@ class TrainingState:
             fault=np.zeros(4),
         )
 
-    def share(self, mixture: FloatArray, states: IntArray | None) -> None:
-        """Let every agent go on with a mixture of all tables and of what is declared to be shared.
-
-        Parameters
-        ----------
-        mixture : (N,) or (N, R, A) float64
-            Of whole tables, or of the entries in the rows of R states.
-        states : (R,) int64 or None
-            The states whose rows can differ between agents; None where that is not known.
-        """
-        share_tables(self.q, mixture, states)
-        for declaration in self.declarations:
-            share_state(declaration, [own[declaration.name] for own in self.declared], mixture, states, self.initial_q)
+    def share(self, result: TensorStepResult) -> None:
+        """Let every agent go on with the tables that a tensor step says, and with what is declared to be shared."""
+        share_all(result, self.q, self.declarations, self.declared, self.initial_q)
 
     def to_arrays(self) -> Arrays:
         """Return all that learning changes, as `read` reads it."""
@@ -288,9 +278,10 @@ class TrainingState:
         step = self.tensor_step
         held_step = None if step is None else step.read(arrays.group("step"), finished, diverged=not finite)
         weights, n_windows = read_weights(own, held_step, n_actions)
-        n_before = 0 if step is None else n_windows * step.step.every
+        stepped = 0 if step is None else n_windows * step.step.interval
+        logged = [int(n) if step is None else step.places.n_filled(int(n), stepped) for n in finished]
         past = read_past(arrays.group("scheduled"), int(finished.max()))
-        agents = [self._read_agent(i, arrays, int(finished[i]) - n_before, finite=finite) for i in range(n_agents)]
+        agents = [self._read_agent(i, arrays, n, finite=finite) for i, n in enumerate(logged)]
         return HeldState(q, weights, history, trajectory, streams, held_step, tuple(agents), past, diverged_at)
 
     def _read_agent(self, agent: int, arrays: SavedArrays, n_closed: int, *, finite: bool) -> HeldAgent:
