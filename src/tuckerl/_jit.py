@@ -39,7 +39,6 @@ _OPTIONS: Any = {
     "nogil": True,
     "_nrt": False,
     "error_model": "numpy",
-    "forceinline": True,
 }
 
 
@@ -73,19 +72,25 @@ def kernel(function: _Function) -> _Function:
     checks: a slip must not write where it does not belong.
     """
     check_python_function("a kernel", function)
+    return _as_kernel(function, is_inlined=True)
+
+
+def routine(function: _Function) -> _Function:
+    """Compile a kernel that stays apart from those that call it: for long ones, which are compiled sooner so."""
+    return _as_kernel(function, is_inlined=False)
+
+
+def _as_kernel(function: _Function, *, is_inlined: bool) -> _Function:
     if _INTERPRETED:
         return function
-    compiled: Any = Kernel(function, _options_of(function), _compiled_for_python)
+    options = {**_OPTIONS, "boundscheck": not is_ours(function), "forceinline": is_inlined}
+    compiled: Any = Kernel(function, options, functools.partial(_compiled_for_python, options=options))
     kept: _Function = compiled
     return kept
 
 
-def _options_of(function: Callable[..., Any]) -> dict[str, Any]:
-    return {**_OPTIONS, "boundscheck": not is_ours(function)}
-
-
-def _compiled_for_python(function: Callable[..., Any]) -> Any:
-    compiled: Any = numba.njit(**_options_of(function))(function)
+def _compiled_for_python(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    compiled: Any = numba.njit(**options)(function)
     if is_ours(function):
         compiled._cache = kept_code(function)
     return compiled
@@ -180,6 +185,25 @@ def call_python(address: int, argument: int) -> int:
     return _call_address(address, argument)  # type: ignore[call-arg]  # as kernels see it
 
 
+@intrinsic
+def _call_routine(typing_context: Any, address: Any, pointers: Any) -> Any:
+    """``address(*pointers)`` for a routine that takes addresses and returns nothing, as Fortran's do."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        number, n = ir.IntType(64), len(signature.args[1])
+        function = builder.inttoptr(arguments[0], ir.FunctionType(ir.VoidType(), [number] * n).as_pointer())
+        builder.call(function, [builder.extract_value(arguments[1], place) for place in range(n)])
+        return context.get_dummy_value()
+
+    return _types.void(_types.int64, _types.UniTuple(_types.int64, len(pointers))), generate
+
+
+@kernel
+def call_routine(address: int, pointers: tuple[int, ...]) -> None:
+    """Call a routine that takes addresses only, as Fortran's do, and returns nothing."""
+    _call_routine(address, pointers)  # type: ignore[call-arg]  # as kernels see it
+
+
 _cfunc: Any = numba.cfunc
 _CFunc: Any = CFunc
 _ARRAY = _types.float64[::1]
@@ -203,8 +227,13 @@ def call_interpreted(address: int, argument: int) -> int:
     return int(_Callback(address)(argument))
 
 
+def call_routine_interpreted(address: int, pointers: tuple[int, ...]) -> None:
+    """Call a routine as a kernel does."""
+    ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(pointers))(int(address))(*map(int, pointers))
+
+
 if _INTERPRETED:
-    call_python = call_interpreted
+    call_python, call_routine = call_interpreted, call_routine_interpreted
 
     def is_rare(condition: bool) -> bool:
         """Return the condition itself."""

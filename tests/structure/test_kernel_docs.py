@@ -36,7 +36,7 @@ def trees() -> list[tuple[str, ast.Module]]:
 def is_kernel(node: ast.AST) -> bool:
     if not isinstance(node, ast.FunctionDef):
         return False
-    return any(isinstance(mark, ast.Name) and mark.id == "kernel" for mark in node.decorator_list)
+    return any(isinstance(mark, ast.Name) and mark.id in {"kernel", "routine"} for mark in node.decorator_list)
 
 
 def kernels() -> list[Kernel]:

@@ -20,7 +20,7 @@ def kernels() -> list[tuple[str, ast.FunctionDef]]:
         for node in ast.walk(ast.parse(source.read_text())):
             if not isinstance(node, ast.FunctionDef):
                 continue
-            is_kernel = any(isinstance(d, ast.Name) and d.id == "kernel" for d in node.decorator_list)
+            is_kernel = any(isinstance(d, ast.Name) and d.id in {"kernel", "routine"} for d in node.decorator_list)
             is_simulators = source.stem == "cart_pole" and node.args.args[:1] and node.args.args[0].arg == "parameters"
             if is_kernel or is_simulators:
                 found.append((source.relative_to(PACKAGE).as_posix(), node))

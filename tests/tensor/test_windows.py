@@ -109,7 +109,7 @@ def test_thousands_of_windows_do() -> None:
 @pytest.mark.parametrize("seed", range(20))
 def test_on_which_side_of_a_limit_the_starts_fit_lies(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    shape, ranks = ((80, 5, 6, 3), (6, 2, 3, 1)) if seed % 2 else ((40, 6, 7), (25, 4, 5))
+    shape, ranks = ((80, 5, 6, 3), (6, 2, 3, 1)) if seed % 2 else ((40, 6, 7), (20, 4, 5))
     X = rng.standard_normal(shape) * np.geomspace(1.0, 1e-3, shape[0]).reshape(-1, *[1] * (len(shape) - 1))
     start = Start(X, ranks)
     own = start.fit

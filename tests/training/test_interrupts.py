@@ -149,7 +149,7 @@ ENDLESS = {
     "decomposition": """
 step = dict(every=2, ranks=(2, 2, 2, 2), tol=0.0)
 short = circle.with_time_limit(9)
-tuckerl.QLearning(short, n_agents=2, seed=0, tensor_step=tuckerl.TensorStep(**step)).learn(2)
+tuckerl.QLearning(short, n_agents=2, seed=0, tensor_step=tuckerl.TensorStep(**step)).learn(8)
 learner = tuckerl.QLearning(short, n_agents=2, seed=0, tensor_step=tuckerl.TensorStep(**step, max_iterations=10**9))
 print("go", flush=True)
 try:

@@ -20,7 +20,7 @@ from tuckerl.errors import ParameterTypeError, RankWarning, TensorError, warn
 from tuckerl.tensor.hooi import Iterated, iterate
 from tuckerl.tensor.modes import Floats, multiply_all
 from tuckerl.tensor.ranks import Ranks, check_ranks, clip_ranks
-from tuckerl.tensor.singular import orthonormal, triangle
+from tuckerl.tensor.tall import orthonormal, triangle
 
 # Where less is left of the tensor, the errors of its squares would show in the fit.
 _SURE_FIT = 1.0 - 1e-4

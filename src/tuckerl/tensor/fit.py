@@ -1,7 +1,7 @@
 """The fit of a decomposition, ``1 - norm(X - X_hat) / norm(X)``."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -16,7 +16,7 @@ def fit_of_energies(core: float, whole: float) -> float:
     return 1.0 - math.sqrt(max(0.0, 1.0 - core / whole))
 
 
-def fit_of(X: Floats, energy: float, core: Floats, factors: Sequence[Floats]) -> float:
+def fit_of(X: Floats, energy: float, core: Floats, factors: Callable[[], Sequence[Floats]]) -> float:
     """Return the fit of a core and its orthonormal factors.
 
     Parameters
@@ -26,10 +26,11 @@ def fit_of(X: Floats, energy: float, core: Floats, factors: Sequence[Floats]) ->
         ``norm(X)**2``.
     core : (r_0, ..., r_{N-1}) float64
         X multiplied by the transposed factors.
-    factors : N arrays (I_n, r_n)
+    factors : callable
+        Returns N arrays (I_n, r_n).
     """
     of_core = float(np.vdot(core, core))
     if of_core < (1.0 - _SMALL_REST) * energy:
         return fit_of_energies(of_core, energy)
-    residual = X - multiply_all(core, factors)
+    residual = X - multiply_all(core, factors())
     return 1.0 - math.sqrt(float(np.vdot(residual, residual)) / energy)

@@ -11,14 +11,12 @@ References
    approximation of higher-order tensors. SIAM J. Matrix Anal. Appl. 21(4), 1324-1342.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from tuckerl.interrupts import is_impatient
 from tuckerl.tensor.fit import fit_of
-from tuckerl.tensor.modes import Floats, project_last
+from tuckerl.tensor.modes import Floats
 from tuckerl.tensor.ranks import Ranks
-from tuckerl.tensor.singular import leading
 from tuckerl.tensor.start import Start
 
 
@@ -46,42 +44,13 @@ def iterate(X: Floats, ranks: Ranks, tol: float, max_iterations: int) -> Iterate
     """
     start = Start(X, ranks)
     if max_iterations == 0:
-        return Iterated(start.core, [start.first, *start.others], start.fit, 0, start.is_sure)
-    first, others, fit = start.best_first, start.others, 0.0
+        return Iterated(start.core, start.hosvd, start.fit, 0, start.is_sure)
+    factors, fit = start.factors.copy(), 0.0
     for iteration in range(1, max_iterations + 1):
         if is_impatient():  # Ctrl-C waits where a learner decomposes
             raise KeyboardInterrupt
-        if iteration > 1:
-            first = leading(project_last(X, others), first.shape[1]).vectors
-        core, others = _improve_others(X, first, others)
-        before, fit = fit, fit_of(X, start.energy, core, [first, *others])
+        core = start.improve(factors, first=1 if iteration == 1 else 0)  # the start has the first sweep's first factor
+        before, fit = fit, fit_of(X, start.energy, core, lambda: start.columns(factors))
         if start.is_within(tol, fit) if iteration == 1 else abs(fit - before) < tol:
             break
-    return Iterated(core, [first, *others], fit, iteration, start.is_sure)
-
-
-def _improve_others(X: Floats, first: Floats, others: Sequence[Floats]) -> tuple[Floats, list[Floats]]:
-    """Improve the factors of all modes but the first, given that one, and return the core with them.
-
-    Parameters
-    ----------
-    X : (I_0, ..., I_{N-1}) float64
-    first : (I_0, r_0) float64
-    others : N - 1 arrays (I_n, r_n)
-
-    Returns
-    -------
-    core : (r_0, ..., r_{N-1}) float64
-    improved : list of N - 1 arrays (I_n, r_n)
-    """
-    factor, improved = first, []
-    # Projected on the factors improved so far, whose axes come first, the latest one's before the earlier ones'.
-    core, n_columns = X, 1
-    for mode, size in enumerate(X.shape):
-        if mode:
-            of_rows = core.reshape(n_columns, *X.shape[mode:])
-            factor = leading(project_last(of_rows, others[mode:]), others[mode - 1].shape[1]).vectors
-            improved.append(factor)
-        rows = core.reshape(n_columns, size, -1).swapaxes(0, 1).reshape(size, -1)
-        core, n_columns = factor.T @ rows, n_columns * factor.shape[1]
-    return core.reshape([U.shape[1] for U in (*reversed(improved), first)]).T, improved
+    return Iterated(core, start.columns(factors), fit, iteration, start.is_sure)

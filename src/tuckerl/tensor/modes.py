@@ -162,33 +162,6 @@ def multiply_mode(X: NDArray[Any], matrix: NDArray[Any], mode: int) -> NDArray[A
     return product.reshape(*before, matrix.shape[0], *after)
 
 
-def fibres(X: Floats, mode: int) -> Floats:
-    """Return the transposed :func:`unfold` of a C-ordered tensor: its mode-n fibres as the rows of a matrix."""
-    size = X.shape[mode]
-    matrix: Floats = X.reshape(math.prod(X.shape[:mode]), size, -1).swapaxes(0, 1).reshape(size, -1)
-    return matrix.T
-
-
-def project_last(X: Floats, factors: Sequence[Floats]) -> Floats:
-    """Multiply the last modes by transposed factors, and return the fibres of the mode before them as rows.
-
-    Parameters
-    ----------
-    X : (..., I_n, I_{n+1}, ..., I_{N-1}) float64
-    factors : arrays (I_{n+1}, r_{n+1}), ..., (I_{N-1}, r_{N-1})
-
-    Returns
-    -------
-    (M, I_n) float64
-        In an order of the other modes that is immaterial to singular values and right singular vectors.
-    """
-    size = X.shape[X.ndim - len(factors) - 1]
-    for factor in reversed(factors):
-        # Contracting the last axis and putting the result first is one matrix product, and nothing is transposed.
-        X = factor.T @ X.reshape(-1, factor.shape[0]).T
-    return X.reshape(-1, size)
-
-
 def multiply_all(X: Floats, matrices: Sequence[Floats]) -> Floats:
     """Multiply every mode by its matrix, those that make it shortest first to keep what lies between small."""
     for mode in sorted(range(X.ndim), key=lambda n: matrices[n].shape[0] / matrices[n].shape[1]):

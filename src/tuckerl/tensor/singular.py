@@ -3,24 +3,22 @@
 The right singular vectors of A are the eigenvectors of its Gram matrix A'A, and its left ones those of AA': one matrix
 product and an eigenproblem of the shorter side, many times faster than an SVD of A. The price is that squaring
 halves the digits: singular values below 1e-8 of the largest are noise. So where a wanted one lies below 1e-5 of the
-largest (there the error is still about 1e-11 of the largest), the matrix is rescaled by what the first pass has found,
-which leaves it well conditioned, and a second pass resolves the rest: the idea of Cholesky QR, done twice [1]_ [2]_.
+largest (there the error is still about 1e-11 of the largest), the matrix is projected on the directions in which it is
+small, and the Gram matrix of that, which no large value drowns, resolves the rest. Fewer vectors than rows are made
+orthonormal by Cholesky QR [1]_.
 
 References
 ----------
 .. [1] Y. Yamamoto, Y. Nakatsukasa, Y. Yanagisawa, T. Fukaya (2015). Roundoff error analysis of the CholeskyQR2
    algorithm. Electronic Transactions on Numerical Analysis 44, 306-326.
-.. [2] T. Fukaya, R. Kannan, Y. Nakatsukasa, Y. Yamamoto, Y. Yanagisawa (2020). Shifted Cholesky QR for computing
-   the QR factorization of ill-conditioned matrices. SIAM J. Sci. Comput. 42(1), A477-A503.
 """
 
-from typing import NamedTuple
+import math
 
-import numpy as np
-import scipy.linalg
-
-from tuckerl.tensor.modes import Floats
-from tuckerl.tensor.solvers import few_eigen, singular_values, symmetric_eigen
+from tuckerl._jit import routine
+from tuckerl.tensor.eigen import leading_eigenvectors
+from tuckerl.tensor.lapack import DSYEV, DSYEVD, cholesky, divide_rows, eigenvectors, gram, multiply
+from tuckerl.types import FloatArray, IntArray
 
 #: Singular values above this part of the largest can be told from zero: the numerical rank counts them.
 NUMERICAL_ZERO = 1e-10
@@ -28,103 +26,266 @@ NUMERICAL_ZERO = 1e-10
 #: Singular values above this part of the largest come out of one pass with an error of about 1e-11 of it.
 WELL_ABOVE_ZERO = 1e-5
 
-# What the first pass finds below this part of the largest is noise, and is scaled as if it were this large.
-_FLOOR = 1e-6
+# Directions in which a matrix is smaller than this part of its largest value are looked at again in a second pass.
+_SMALL = 1e-4
+
+SURE, UNSURE, FAILED = range(3)
+"""What `leading` returns: one pass has resolved all values, it has not, or nothing has found any vectors."""
 
 
-class Leading(NamedTuple):
-    """The leading singular vectors of a matrix on one side, the weakest first, and the squares of their values."""
-
-    vectors: Floats  # (n, count), orthonormal columns; those that belong to values of zero are arbitrary
-    squares: Floats  # (count,), rising
-
-    @property
-    def is_well_above_zero(self) -> bool:
-        """Whether one pass has resolved all the values."""
-        return bool(self.squares[0] > WELL_ABOVE_ZERO**2 * self.squares[-1])
-
-    @property
-    def rank(self) -> int:
-        """How many of the values can be told from zero."""
-        return int(np.count_nonzero(self.squares > NUMERICAL_ZERO**2 * self.squares[-1]))
+def room_for(size: int) -> int:
+    """Return how many numbers the eigenproblems of up to `size` rows take."""
+    return 9 * size * size + 70 * size
 
 
-def leading(A: Floats, count: int) -> Leading:
-    """Return the leading right singular vectors of a matrix of any rank.
+@routine
+def leading(
+    tools: IntArray,
+    A: FloatArray,
+    has_rows: bool,
+    length: int,
+    n_fibres: int,
+    count: int,
+    vectors: FloatArray,
+    squares: FloatArray,
+    room: FloatArray,
+    spare: FloatArray,
+) -> int:
+    """Find the leading left singular vectors of a matrix whose columns are fibres, for any rank.
 
     Parameters
     ----------
-    A : (m, n) float64
+    tools : (N,) int64
+        As of `new_tools`.
+    A : (L * F,) float64
+        The fibres: each a row, or, if it is not `has_rows`, each a column.
+    has_rows : bool
+    length, n_fibres : int
     count : int
-        How many; 1 <= count <= min(m, n).
-
-    Returns
-    -------
-    Leading
-        Its values are accurate to about 1e-11 of the largest.
+        How many; 1 <= count <= min(length, n_fibres).
+    vectors : (C * L,) float64
+        Written: the vectors as rows, the weakest first, orthonormal; those that belong to values of zero are arbitrary.
+    squares : (C,) float64
+        Written: the squares of their singular values, rising. The values are accurate to about 1e-11 of the largest.
+    room : (R,) float64
+        As long as `room_for` tells.
+    spare : (L * F,) float64
+        Room, too.
     """
-    if A.shape[0] >= A.shape[1]:
-        return _of_tall(A, count)
-    vectors, squares = _of_tall(A.T, count)
-    least = NUMERICAL_ZERO**2 * squares[-1] or 1.0  # directions below it come out short, and are replaced
-    short = A.T @ (vectors / np.sqrt(np.maximum(squares, least)))
-    return Leading(orthonormal(short[:, ::-1])[:, ::-1], squares)  # the strongest first: what is replaced comes last
+    n = min(length, n_fibres)
+    is_turned = has_rows == (n < length)
+    status = _eigen_of_gram(tools, A, is_turned, n, max(length, n_fibres), count, room, spare)
+    if status == FAILED:
+        return FAILED
+    rows, values = room[(n - count) * n : n * n], room[n * n + n - count : n * n + n]
+    copy(values, squares)
+    if n == length:
+        copy(rows, vectors)
+        return status
+    least = NUMERICAL_ZERO * NUMERICAL_ZERO * values[count - 1]  # directions below it come out short
+    for place in range(count):
+        one = rows[place * n : (place + 1) * n]
+        scale = 1.0 / math.sqrt(max(values[place], least)) if least > 0.0 else 0.0
+        for i in range(n):
+            one[i] *= scale
+    _reverse(rows, count, n)  # the strongest first: what rounding has put into the weaker ones is taken out of them
+    multiply(tools, rows, False, A, not has_rows, vectors, count, length, n)
+    orthonormalise(tools, vectors, count, length, room)
+    _reverse(vectors, count, length)
+    return status
 
 
-def _of_tall(A: Floats, count: int) -> Leading:
-    """Do what `leading` does where there are no fewer rows than columns."""
-    gram = A.T @ A
-    few = few_eigen(gram, count)
-    squares, vectors = few or symmetric_eigen(gram)
-    found = Leading(vectors[:, -count:], squares[-count:])
-    if found.is_well_above_zero or squares[-1] <= 0.0:
-        return found
-    if few is not None:
-        squares, vectors = symmetric_eigen(gram)
-    values = np.sqrt(np.maximum(squares, 0.0))
-    scale = np.maximum(values, _FLOOR * values[-1])
-    scaled = A @ (vectors / scale)
-    again, rotation = symmetric_eigen(scaled.T @ scaled)
-    # A'A = R'R with this small square R: undo the scaling of the first pass.
-    R = (rotation * np.sqrt(np.maximum(again, 0.0))).T @ (vectors * scale).T
-    values, vectors = singular_values(R)
-    return Leading(vectors[:, :count][:, ::-1], np.square(values[:count])[::-1])
-
-
-def triangle(A: Floats) -> Floats | None:
-    """Return the upper triangular R of a tall A = QR by Cholesky, R'R = A'A, as far as squares resolve it.
+@routine
+def _reverse(rows: FloatArray, n: int, length: int) -> None:
+    """Reverse the order of a matrix's rows.
 
     Parameters
     ----------
-    A : (m, n) float64, m >= n
-
-    Returns
-    -------
-    (n, n) float64, or None
-        None if A'A is not positive definite in floats.
+    rows : (N * L,) float64
+        The (n, length) matrix, which is changed.
+    n, length : int
     """
-    R, info = scipy.linalg.lapack.dpotrf((A.T @ A).T, lower=0, overwrite_a=1)
-    return R if info == 0 else None
+    for row in range(n // 2):
+        for place in range(length):
+            one = row * length + place
+            other = (n - 1 - row) * length + place
+            kept = rows[one]
+            rows[one] = rows[other]
+            rows[other] = kept
 
 
-def orthonormal(A: Floats) -> Floats:
-    """Make nearly orthonormal columns orthonormal to rounding, by Cholesky QR, keeping what they span.
+@routine
+def _eigen_of_gram(
+    tools: IntArray,
+    A: FloatArray,
+    is_turned: bool,
+    n: int,
+    n_rows: int,
+    count: int,
+    room: FloatArray,
+    spare: FloatArray,
+) -> int:
+    """Write the eigenvectors of A'A as rows to the begin of `room`, and then its eigenvalues, rising.
 
     Parameters
     ----------
-    A : (m, r) float64
-        ``A'A`` is the identity but for small errors, as when singular vectors came from a Gram matrix. Columns
-        that have nothing of their own, for want of rank, are replaced by some that are orthonormal to the rest.
-
-    Returns
-    -------
-    (m, r) float64
+    tools : (N,) int64
+    A : (R * N,) float64
+        The (n_rows, n) matrix, or its transpose if it is turned.
+    is_turned : bool
+    n, n_rows : int
+    count : int
+        How many of the values are to be resolved.
+    room : (M,) float64
+    spare : (R * N,) float64
     """
-    gram = A.T @ A
-    if np.abs(gram - np.eye(gram.shape[0])).max() < 0.1:
-        R, info = scipy.linalg.lapack.dpotrf(gram.T, lower=0, overwrite_a=1)
-        if info == 0:  # else many small errors together; Householder's QR, which is slower, never fails
-            inverse: Floats = scipy.linalg.lapack.dtrtri(R, overwrite_c=1)[0]
-            return A @ inverse
-    Q, R = np.linalg.qr(A)
-    return Q * np.where(np.diag(R) < 0.0, -1.0, 1.0)
+    values, beyond = room[n * n : n * n + n], room[n * n + n :]
+    gram(tools, A, is_turned, n, n_rows, room)
+    if leading_eigenvectors(tools, room, n, count, values, beyond) and _are_well_above_zero(values, count):
+        return SURE
+    if not _find_all(tools, A, is_turned, n, n_rows, room, values, beyond):
+        return FAILED
+    if _are_well_above_zero(values, count) or values[n - 1] <= 0.0:
+        return SURE
+    largest = values[n - 1]
+    n_weak = 0
+    while values[n_weak] <= _SMALL * _SMALL * largest:
+        n_weak += 1
+    weak, again = room[: n_weak * n], room[n * n + n :]
+    multiply(tools, A, is_turned, weak, True, spare, n_rows, n_weak, n)
+    size = n_weak * n_weak
+    if not _find_all(tools, spare, False, n_weak, n_rows, again, again[size:], again[size + n_weak :]):
+        return FAILED
+    multiply(tools, again, False, weak, False, spare, n_weak, n, n_weak)
+    copy(spare[: n_weak * n], weak)
+    copy(again[size : size + n_weak], values)
+    return UNSURE
+
+
+@routine
+def _are_well_above_zero(values: FloatArray, count: int) -> bool:
+    """Return whether one pass has resolved the largest values.
+
+    Parameters
+    ----------
+    values : (N,) float64
+        Rising.
+    count : int
+    """
+    least = WELL_ABOVE_ZERO * WELL_ABOVE_ZERO * values[values.size - 1]
+    return bool(values[values.size - count] > max(least, 0.0))
+
+
+@routine
+def _find_all(
+    tools: IntArray,
+    A: FloatArray,
+    is_turned: bool,
+    n: int,
+    n_rows: int,
+    vectors: FloatArray,
+    values: FloatArray,
+    work: FloatArray,
+) -> bool:
+    """Find all eigenvectors of A'A, as rows, and its eigenvalues; return whether there was an answer.
+
+    LAPACK's fastest routine, divide and conquer, has failed on the Gram matrix of a real window, whose eigenvalues
+    stood in two tight clusters. Where it does, QR steps follow, which had no trouble.
+
+    Parameters
+    ----------
+    tools : (N,) int64
+    A : (R * N,) float64
+        As for `_eigen_of_gram`, and so are the next ones.
+    is_turned : bool
+    n, n_rows : int
+    vectors, values, work : (N * N,) float64, (N,) float64, (W,) float64
+    """
+    for way in (DSYEVD, DSYEV):
+        gram(tools, A, is_turned, n, n_rows, vectors)
+        if eigenvectors(tools, way, vectors, n, values, work):
+            return True
+    return False
+
+
+@routine
+def orthonormalise(tools: IntArray, rows: FloatArray, n: int, length: int, room: FloatArray) -> None:
+    """Make nearly orthonormal rows orthonormal to rounding, by Cholesky QR, keeping what they span.
+
+    Parameters
+    ----------
+    tools : (N,) int64
+    rows : (R * L,) float64
+        The (n, length) matrix, which is changed, n <= length. Rows that have nothing of their own, for want of rank,
+        are replaced by some that are orthonormal to those before them.
+    n, length : int
+    room : (M,) float64
+        At least n * n long.
+    """
+    gram(tools, rows, True, n, length, room)
+    error = 0.0
+    for i in range(n):
+        for j in range(i, n):
+            error = max(error, abs(room[i * n + j] - (1.0 if i == j else 0.0)))
+    if error < 0.1 and cholesky(tools, room, n):
+        divide_rows(tools, room, rows, n, length)
+    else:
+        _orthonormalise_one_by_one(rows, n, length)
+
+
+@routine
+def _orthonormalise_one_by_one(rows: FloatArray, n: int, length: int) -> None:
+    """Do what `orthonormalise` does, by Gram and Schmidt's way, for rows of any kind.
+
+    Parameters
+    ----------
+    rows : (R * L,) float64
+    n, length : int
+    """
+    n_tried = 0
+    for i in range(n):
+        row = rows[i * length : (i + 1) * length]
+        left = 0.0
+        while left < 0.5:  # of a row of length 1, so that what is left is orthogonal to rounding
+            norm = math.sqrt(_dot(row, row))
+            if norm < NUMERICAL_ZERO:  # nothing but rounding
+                for place in range(length):
+                    row[place] = 0.0
+                row[n_tried] = norm = 1.0
+                n_tried += 1
+            for place in range(length):
+                row[place] /= norm
+            for j in range(i):
+                other = rows[j * length : (j + 1) * length]
+                part = _dot(row, other)
+                for place in range(length):
+                    row[place] -= part * other[place]
+            left = math.sqrt(_dot(row, row))
+        for place in range(length):
+            row[place] /= left
+
+
+@routine
+def copy(source: FloatArray, target: FloatArray) -> None:
+    """Copy numbers to the begin of an array.
+
+    Parameters
+    ----------
+    source, target : (L,) float64, (M,) float64
+    """
+    for place in range(source.size):
+        target[place] = source[place]
+
+
+@routine
+def _dot(a: FloatArray, b: FloatArray) -> float:
+    """Return an inner product.
+
+    Parameters
+    ----------
+    a, b : (L,) float64, (L,) float64
+    """
+    total = 0.0
+    for place in range(a.size):
+        total += a[place] * b[place]
+    return total
