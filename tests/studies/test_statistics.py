@@ -3,7 +3,7 @@ import polars as pl
 import pytest
 from scipy import stats
 
-from tuckerl.studies.statistics import MEASURES, compare, mean_band, pair_values, paired_difference
+from tuckerl.studies.statistics import MEASURES, compare, mean_band, paired_difference, pairs_by_variant
 from tuckerl.types import FloatArray
 
 
@@ -33,14 +33,14 @@ def runs_frame(steps: dict[str, list[list[list[list[int | None]]]]]) -> pl.DataF
 def test_cost_sums_over_instances_and_episodes_and_averages_agents() -> None:
     # two mazes, one run, two agents, two episodes
     runs = runs_frame({"a": [[[[1, 2], [3, 4]]], [[[10, 20], [30, 40]]]]})
-    values = pair_values(runs, "a", MEASURES["cost"])
-    assert values["value"].to_list() == [(1 + 2 + 10 + 20 + 3 + 4 + 30 + 40) / 2]
+    pairs = pairs_by_variant(runs, MEASURES["cost"])["a"]
+    assert pairs.value.tolist() == [(1 + 2 + 10 + 20 + 3 + 4 + 30 + 40) / 2]
 
 
 def test_path_is_each_agents_shortest_episode_and_instances_are_pairs() -> None:
     runs = runs_frame({"a": [[[[5, 2], [3, 4]]], [[[10, 20], [30, 40]]]]})
-    values = pair_values(runs, "a", MEASURES["path"])
-    assert values["value"].to_list() == [(2 + 3) / 2, (10 + 30) / 2]
+    pairs = pairs_by_variant(runs, MEASURES["path"])["a"]
+    assert pairs.value.tolist() == [(2 + 3) / 2, (10 + 30) / 2]
 
 
 def test_difference_is_in_the_claims_favour_over_the_bases_mean() -> None:

@@ -13,6 +13,7 @@ from tuckerl.progress import default_workers, progress_bar
 from tuckerl.reports.comparison_text import outcome_in_study
 from tuckerl.reports.study_page import write_study
 from tuckerl.reports.text import counted
+from tuckerl.studies.remembered import Remembered
 from tuckerl.studies.runner import StudyTables
 from tuckerl.studies.study_file import StudyFile, parse_study_file, read_study_file
 from tuckerl.studies.study_folder import (
@@ -202,7 +203,9 @@ class Study:
 
     def _reported(self, folder: Path) -> tuple[Path, list[str]]:
         tables = self._tables(folder)
-        results = summarise_study(self._plan, tables)
+        remembered = Remembered(folder)
+        results = summarise_study(self._plan, tables, remembered)
+        remembered.write()
         page = write_study(self._file, self._plan, results, status_of(self._plan, tables), folder)
         several = len(results) > 1
         words = [

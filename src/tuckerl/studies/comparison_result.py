@@ -100,11 +100,11 @@ class ComparisonResult(NamedTuple):
 
 def summarise_comparison(study: ComparisonStudy, tables: StudyTables) -> ComparisonResult:
     """Return what came out of a comparison's study."""
-    config, measure = study.config, MEASURES[study.config.measure]
+    config = study.config
     entropy = [config.seed, study.scenario.number]
     difference, control = compare_with_control(tables.runs, study.comparison, entropy)
     names = [variant.name for variant in study.scenario.variants]
-    reached = Reached(tables, measure)
+    reached = Reached(tables, config.measure)
     estimates = tuple(reached.estimate(name) for name in names)
     return ComparisonResult(study, difference, control, estimates, *reached.learning_curves(names, config.n_episodes))
 

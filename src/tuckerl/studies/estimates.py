@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 
 from tuckerl.studies.runner import StudyTables
-from tuckerl.studies.statistics import Measure, finite_values, json_numbers, mean_band
+from tuckerl.studies.statistics import MEASURES, NO_PAIRS, Pairs, json_numbers, mean_band, pairs_by_variant, run_of
 from tuckerl.studies.summary import Curve, Samples, mean_seconds, paired_curves, samples_of
 from tuckerl.types import FloatArray, IntArray
 
@@ -46,33 +46,38 @@ class Reached:
     ----------
     tables : StudyTables
         Of the scenario.
-    measure : Measure
+    measure : str
+        The name of what is measured, where nothing else is said.
     """
 
-    def __init__(self, tables: StudyTables, measure: Measure) -> None:
-        self._measure, self._seconds = measure, mean_seconds(tables.times)
-        parts = tables.runs.partition_by("variant", as_dict=True, maintain_order=True)
-        self._runs = {str(name): part for (name,), part in parts.items()}
-        self._none = tables.runs.clear()
+    def __init__(self, tables: StudyTables, measure: str) -> None:
+        self._runs, self._measure, self._seconds = tables.runs, measure, mean_seconds(tables.times)
+        self._pairs: dict[str, dict[str, Pairs]] = {}  # by the name of a measure
 
-    def runs_of(self, names: Iterable[str]) -> pl.DataFrame:
-        """Return the rows of some variants."""
-        return pl.concat([self._runs.get(name, self._none) for name in names])
+    def pairs(self, measure: str = "") -> dict[str, Pairs]:
+        """Return every variant's pairs by what is measured, or by another measure."""
+        measure = measure or self._measure
+        if measure not in self._pairs:
+            self._pairs[measure] = pairs_by_variant(self._runs, MEASURES[measure])
+        return self._pairs[measure]
 
-    def estimate(self, name: str, measure: Measure | None = None) -> Estimate:
+    def n_finished(self) -> dict[str, int]:
+        """Return the number of runs by variant, of those that have any."""
+        return dict(self._runs.group_by("variant").agg(pl.struct("instance", "run").n_unique()).iter_rows())
+
+    def estimate(self, name: str, measure: str = "") -> Estimate:
         """Return a variant's mean of what is measured, or of another measure."""
-        runs = self._runs.get(name, self._none)
-        values = finite_values(runs, name, measure or self._measure)
-        n_diverged = runs.filter(pl.col("diverged"))["run"].n_unique()
-        return _estimate(name, values, n_diverged, self._seconds.get(name, math.nan))
+        pairs = self.pairs(measure).get(name, NO_PAIRS)
+        n_diverged = np.unique(run_of(pairs.key[pairs.diverged])).size
+        return _estimate(name, pairs.finite, n_diverged, self._seconds.get(name, math.nan))
 
     def learning_curves(self, names: Iterable[str], n_episodes: int) -> LearningCurves:
         """Return the curves of those variants that have runs, paired with the first of them."""
         per_point = math.ceil(n_episodes / MOST_POINTS)
+        shown = [name for name in names if name in self.pairs()]
+        runs, column = self._runs.filter(pl.col("variant").is_in(shown)), MEASURES[self._measure].column
         samples = {
-            name: _by_points(samples_of(self._runs[name], self._measure.column), per_point)
-            for name in names
-            if name in self._runs
+            name: _by_points(samples_of(runs.filter(pl.col("variant") == name), column), per_point) for name in shown
         }
         episode = np.minimum(np.arange(1, math.ceil(n_episodes / per_point) + 1) * per_point, n_episodes)
         return LearningCurves(episode, paired_curves(samples) if samples else ())

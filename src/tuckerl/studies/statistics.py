@@ -6,8 +6,8 @@ bias-corrected and accelerated bootstrap over pairs.
 """
 
 import math
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import polars as pl
@@ -15,7 +15,7 @@ from scipy.special import stdtrit
 
 from tuckerl.intervals import CONFIDENCE, ROUNDING, bca_interval, is_constant
 from tuckerl.studies.study import Comparison
-from tuckerl.types import FloatArray
+from tuckerl.types import BoolArray, FloatArray, IntArray
 
 
 class Measure(NamedTuple):
@@ -78,18 +78,42 @@ def json_numbers(values: tuple[float, ...], *names: str) -> dict[str, float | No
     return dict(zip(names, map(json_number, values), strict=False))
 
 
-def pair_values(runs: pl.DataFrame, variant: str, measure: Measure) -> pl.DataFrame:
-    """Return one row for each pair of a variant: its columns, `value` and `diverged`."""
-    pair = list(measure.pair)
-    chosen = runs.filter(pl.col("variant") == variant)
-    value = measure.value.cast(pl.Float64).alias("value")
-    agents = chosen.group_by([*pair, "agent"]).agg(value, pl.col("diverged").any())
-    return agents.group_by(pair).agg(pl.col("value").mean(), pl.col("diverged").any()).sort(pair)
+class Pairs(NamedTuple):
+    """What one variant did in every pair."""
+
+    key: IntArray  # (n,) ascending: a number for each pair, the same for all variants
+    value: FloatArray  # (n,) NaN where the run diverged before anything was measured
+    diverged: BoolArray  # (n,)
+
+    @property
+    def finite(self) -> FloatArray:
+        """The values of those in which nothing diverged."""
+        return self.value[~self.diverged]
 
 
-def finite_values(runs: pl.DataFrame, variant: str, measure: Measure) -> FloatArray:
-    """Return the values of a variant's pairs in which nothing diverged."""
-    return pair_values(runs, variant, measure).filter(~pl.col("diverged"))["value"].to_numpy()
+NO_PAIRS = Pairs(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0, dtype=bool))
+
+
+def pairs_by_variant(runs: pl.DataFrame, measure: Measure) -> dict[str, Pairs]:
+    """Return every variant's pairs, on the runs of one scenario."""
+    group, value = ["variant", *measure.pair], measure.value.cast(pl.Float64).alias("value")
+    agents = runs.group_by([*group, "agent"]).agg(value, pl.col("diverged").any()).sort([*group, "agent"])
+    pairs = agents.group_by(group, maintain_order=True).agg(pl.col("value").mean(), pl.col("diverged").any())
+    key = pl.sum_horizontal(pl.col(name).cast(pl.Int64) * _KEYS[name] for name in measure.pair).alias("key")
+    parts = pairs.select("variant", key, "value", "diverged").partition_by("variant", as_dict=True, include_key=False)
+    return {str(name): Pairs(*(part[column].to_numpy() for column in part.columns)) for (name,), part in parts.items()}
+
+
+_KEYS = {"instance": 2**32, "run": 1}  # one number tells a pair
+
+
+def run_of(key: IntArray) -> IntArray:
+    """Return the runs' numbers of pairs."""
+    return key % _KEYS["instance"]
+
+
+def _are_relative(samples: Iterable[Pairs]) -> bool:
+    return all(bool((one.finite > 0).all() or (one.finite < 0).all()) for one in samples)
 
 
 def are_relative(runs: pl.DataFrame, variants: Iterable[str], measure: Measure) -> bool:
@@ -98,8 +122,8 @@ def are_relative(runs: pl.DataFrame, variants: Iterable[str], measure: Measure) 
     The values of each must be all above 0 or all below: then no resample of them has the mean 0. All differences that
     stand side by side are in the same unit.
     """
-    samples = [finite_values(runs, variant, measure) for variant in variants]
-    return all(bool((values > 0).all() or (values < 0).all()) for values in samples)
+    pairs = pairs_by_variant(runs, measure)
+    return _are_relative(pairs.get(name, NO_PAIRS) for name in variants)
 
 
 def compare_with_control(
@@ -109,11 +133,43 @@ def compare_with_control(
 
     `entropy` seeds the intervals, each with a stream of its own. Without a control there is nothing for the second.
     """
-    measure, candidate = MEASURES[comparison.measure], comparison.candidate
-    others = [name for name in (comparison.base, comparison.control) if name]
-    relative = are_relative(runs, others, measure)
+    names = [comparison.base, comparison.candidate, comparison.control]
+    chosen = runs.filter(pl.col("variant").is_in(names))
+    return compare_pairs_with_control(pairs_by_variant(chosen, MEASURES[comparison.measure]), comparison, entropy)
+
+
+class WorkOut(Protocol):
+    """What works out a paired difference: `seeded_difference`, or what remembers that."""
+
+    def __call__(
+        self,
+        samples: tuple[FloatArray, FloatArray],
+        sign: float,
+        n_diverged: int,
+        entropy: list[int],
+        *,
+        relative: bool,
+    ) -> Difference:
+        """Return the difference of the second sample to the first; `entropy` seeds its interval."""
+
+
+def seeded_difference(
+    samples: tuple[FloatArray, FloatArray], sign: float, n_diverged: int, entropy: list[int], *, relative: bool
+) -> Difference:
+    """Return `paired_difference` of the samples of the base and the candidate, its interval seeded by `entropy`."""
+    return paired_difference(*samples, sign, n_diverged, np.random.default_rng(entropy), relative=relative)
+
+
+def compare_pairs_with_control(
+    pairs: Mapping[str, Pairs], comparison: Comparison, entropy: list[int], work_out: WorkOut = seeded_difference
+) -> tuple[Difference, Difference]:
+    """Return what `compare_with_control` does, from the pairs of all variants by what the comparison measures."""
+    measure, candidate = MEASURES[comparison.measure], pairs.get(comparison.candidate, NO_PAIRS)
+    others = [pairs.get(name, NO_PAIRS) for name in (comparison.base, comparison.control) if name]
+    relative = _are_relative(others)
+    sign = 1.0 if measure.larger_is_better else -1.0
     difference, *control = (
-        compare(runs, other, candidate, measure, np.random.default_rng([*entropy, stream]), relative=relative)
+        work_out(*_both(other, candidate, sign), [*entropy, stream], relative=relative)
         for stream, other in enumerate(others)
     )
     return difference, control[0] if control else NO_DIFFERENCE._replace(relative=relative)
@@ -123,15 +179,17 @@ def compare(
     runs: pl.DataFrame, base: str, candidate: str, measure: Measure, rng: np.random.Generator, *, relative: bool = True
 ) -> Difference:
     """Return by how much `candidate` does better than `base` on the runs of one scenario."""
-    pair = list(measure.pair)
-    joined = pair_values(runs, base, measure).join(
-        pair_values(runs, candidate, measure), on=pair, suffix="_candidate", maintain_order="left"
-    )
-    diverged = joined["diverged"] | joined["diverged_candidate"]
-    kept = joined.filter(~diverged)
+    pairs = pairs_by_variant(runs.filter(pl.col("variant").is_in([base, candidate])), measure)
     sign = 1.0 if measure.larger_is_better else -1.0
-    values = (kept["value"].to_numpy(), kept["value_candidate"].to_numpy())
-    return paired_difference(*values, sign, int(diverged.sum()), rng, relative=relative)
+    samples, sign, n_diverged = _both(pairs.get(base, NO_PAIRS), pairs.get(candidate, NO_PAIRS), sign)
+    return paired_difference(*samples, sign, n_diverged, rng, relative=relative)
+
+
+def _both(base: Pairs, candidate: Pairs, sign: float) -> tuple[tuple[FloatArray, FloatArray], float, int]:
+    """Return the values of the pairs that both have and that diverged in neither, the sign, and how many diverged."""
+    _, here, there = np.intersect1d(base.key, candidate.key, assume_unique=True, return_indices=True)
+    diverged = base.diverged[here] | candidate.diverged[there]
+    return (base.value[here][~diverged], candidate.value[there][~diverged]), sign, int(diverged.sum())
 
 
 def paired_difference(

@@ -15,7 +15,6 @@ from tuckerl.files import write_whole
 from tuckerl.studies.estimates import Estimate, Reached
 from tuckerl.studies.reproduce import Progress, run_study
 from tuckerl.studies.runner import StudyTables
-from tuckerl.studies.statistics import MEASURES
 from tuckerl.studies.store import Store
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.studies.study_file import AGENTS, StudyFile, read_study_file
@@ -141,14 +140,14 @@ def status_of(study: Study, tables: StudyTables | None) -> StudyStatus:
 
 def _status_of_problem(scenario: Scenario, tables: StudyTables | None) -> list[VariantStatus]:
     own = StudyTables(*(frame.filter(pl.col("scenario") == scenario.name) for frame in tables)) if tables else None
-    reached = Reached(own, MEASURES[scenario.measure]) if own else None
+    reached = Reached(own, scenario.measure) if own else None
     none = Estimate("", math.nan, math.nan, math.nan, 0, 0, math.nan)
+    n_finished = reached.n_finished() if reached else {}
     statuses = []
     for variant in scenario.variants:
         name = variant.name
         estimate = reached.estimate(name) if reached else none._replace(variant=name)
-        n_finished = reached.runs_of([name])["run"].n_unique() if reached else 0
-        statuses.append(VariantStatus(scenario.name, scenario.n_runs, n_finished, estimate))
+        statuses.append(VariantStatus(scenario.name, scenario.n_runs, n_finished.get(name, 0), estimate))
     return statuses
 
 

@@ -10,8 +10,8 @@ import polars as pl
 from tuckerl.studies.comparison_result import Compared
 from tuckerl.studies.estimates import Estimate, LearningCurves, Reached
 from tuckerl.studies.runner import StudyTables
-from tuckerl.studies.statistics import MEASURES, Measure, compare_with_control
-from tuckerl.studies.study import Comparison, Scenario, Study
+from tuckerl.studies.statistics import MEASURES, Measure, WorkOut, compare_pairs_with_control, seeded_difference
+from tuckerl.studies.study import Scenario, Study
 
 MOST_CURVES = 9  # in one figure
 
@@ -40,10 +40,10 @@ class ProblemResult(NamedTuple):
         }
 
 
-def summarise_study(study: Study, tables: StudyTables) -> list[ProblemResult]:
-    """Return what came out on each problem, of all runs that there are."""
+def summarise_study(study: Study, tables: StudyTables, work_out: WorkOut = seeded_difference) -> list[ProblemResult]:
+    """Return what came out on each problem, of all runs that there are; `work_out` may remember differences."""
     return [
-        _problem_result(study, place, scenario, _of_scenario(tables, scenario))
+        _problem_result(study, place, scenario, _of_scenario(tables, scenario), work_out)
         for place, scenario in enumerate(study.scenarios)
     ]
 
@@ -52,24 +52,22 @@ def _of_scenario(tables: StudyTables, scenario: Scenario) -> StudyTables:
     return StudyTables(*(frame.filter(pl.col("scenario") == scenario.name) for frame in tables))
 
 
-def _problem_result(study: Study, place: int, scenario: Scenario, tables: StudyTables) -> ProblemResult:
-    reached = Reached(tables, MEASURES[scenario.measure])
+def _problem_result(
+    study: Study, place: int, scenario: Scenario, tables: StudyTables, work_out: WorkOut
+) -> ProblemResult:
+    reached = Reached(tables, scenario.measure)
     estimates = tuple(reached.estimate(variant.name) for variant in scenario.variants)
     curves = reached.learning_curves(_with_curves(scenario, estimates), scenario.n_episodes)
-    comparisons = tuple(_compared(study, scenario, one, reached) for one in scenario.comparisons)
-    return ProblemResult(place, scenario, estimates, curves, comparisons)
-
-
-def _compared(study: Study, scenario: Scenario, comparison: Comparison, reached: Reached) -> Compared:
-    names = [name for name in (comparison.base, comparison.candidate, comparison.control) if name]
-    # Each interval has its own stream, so that no comparison's numbers depend on which others there are.
-    entropy = [study.seed, scenario.number, zlib.crc32(comparison.id.encode())]
-    difference, control = compare_with_control(reached.runs_of(names), comparison, entropy)
     variants = {variant.name: variant for variant in scenario.variants}
-    estimates = tuple(reached.estimate(name, MEASURES[comparison.measure]) for name in names)
-    return Compared(
-        comparison, variants[comparison.base], variants[comparison.candidate], difference, control, estimates
-    )
+    comparisons = []
+    for one in scenario.comparisons:
+        # Each interval has its own stream, so that no comparison's numbers depend on which others there are.
+        entropy = [study.seed, scenario.number, zlib.crc32(one.id.encode())]
+        differences = compare_pairs_with_control(reached.pairs(one.measure), one, entropy, work_out)
+        names = [name for name in (one.base, one.candidate, one.control) if name]
+        of_each = tuple(reached.estimate(name, one.measure) for name in names)
+        comparisons.append(Compared(one, variants[one.base], variants[one.candidate], *differences, of_each))
+    return ProblemResult(place, scenario, estimates, curves, tuple(comparisons))
 
 
 def _with_curves(scenario: Scenario, estimates: tuple[Estimate, ...]) -> list[str]:
