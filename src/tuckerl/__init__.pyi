@@ -33,6 +33,9 @@ from tuckerl.problems.maze import sutton_maze as sutton_maze
 from tuckerl.problems.mdp import TabularMDP as TabularMDP
 from tuckerl.problems.simulator import Simulator as Simulator
 from tuckerl.reports.study import Study as Study
+from tuckerl.solving.policy_value import policy_value as policy_value
+from tuckerl.solving.solve import Solution as Solution
+from tuckerl.solving.solve import solve as solve
 from tuckerl.tensor import TuckerDecomposition as TuckerDecomposition
 from tuckerl.tensor import fold as fold
 from tuckerl.tensor import mode_product as mode_product
@@ -84,6 +87,7 @@ __all__ = [
     "SarsaLambda",
     "Simulator",
     "Softmax",
+    "Solution",
     "SplitEnv",
     "StopOnReturn",
     "Study",
@@ -103,9 +107,11 @@ __all__ = [
     "kernel",
     "load",
     "mode_product",
+    "policy_value",
     "quantile_edges",
     "random_maze",
     "robot_rescue",
+    "solve",
     "sutton_maze",
     "testing",
     "tucker",

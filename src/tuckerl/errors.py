@@ -74,6 +74,24 @@ class SpaceError(ProblemError):
     """A space cannot be numbered: it is continuous and has no bins, unbounded, or of an unknown kind."""
 
 
+class NoTableError(ProblemError):
+    """An environment's transitions are needed, and none are known to be those of its steps.
+
+    Attributes
+    ----------
+    fact : str
+        What is missing; the message goes on with what to do, which depends on what the transitions were needed for.
+    """
+
+    def __init__(self, fact: str, advice: str = "") -> None:
+        super().__init__(fact + advice)
+        self.fact = fact
+
+
+class SolverError(TuckerlError, ArithmeticError):
+    """A known problem was not solved by the method that was asked for."""
+
+
 class ObservationError(TuckerlError, ValueError):
     """An observation does not lie in the space that it should come from."""
 

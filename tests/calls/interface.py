@@ -20,6 +20,7 @@ from tuckerl.environments.robot_rescue_env import RobotRescueEnv
 from tuckerl.environments.robot_rescue_map import RescueMap
 from tuckerl.problems.simulator import first_entry
 from tuckerl.reports.inspect import inspect_learner, inspect_tensor, inspection_figures, write_inspection
+from tuckerl.solving.solve import METHODS
 from tuckerl.spaces.encoder import space_encoder
 from tuckerl.testing import check_problem
 from tuckerl.training.learner import Learner
@@ -272,6 +273,11 @@ def _judged(result: Any) -> None:
         assert np.isfinite(result.mean)
     else:
         sound(result)
+
+
+def _solved(solution: Any) -> None:
+    sound([np.nan_to_num(solution.v), solution.policy])
+    assert solution.bound >= 0.0
 
 
 # Environments' own methods
@@ -653,6 +659,28 @@ def targets() -> tuple[Target, ...]:
             {"member": [lambda: (1, np.array([0, 1])), lambda: [2, [1, 1]]]},
             1,
             lambda: space_encoder(spaces.Tuple([spaces.Discrete(3), spaces.MultiBinary(2)])),
+        ),
+        Target(
+            "solve",
+            _calls(tuckerl.solve),
+            {
+                "env": ENVIRONMENTS,
+                "gamma": these(0.9, 1.0, 0.0),
+                "method": these(*METHODS),
+                "tol": these(1e-8, 0.1),
+            },
+            1,
+            check=_solved,
+        ),
+        Target(
+            "policy_value",
+            _calls(tuckerl.policy_value),
+            {
+                "env": [mdp],
+                "policy": [*these((0, 1, 1, 0)), lambda: np.full((4, 2), 0.5), lambda: [[0, 1]] * 4],
+                "gamma": these(0.9, 0.0),
+            },
+            2,
         ),
         Target(
             "quantile_edges",

@@ -8,6 +8,8 @@ is swept until nothing moves (Sutton and Barto 2018, section 4.4), where outcome
 limits are left out: truncation cuts an episode, not its value.
 """
 
+import itertools
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
@@ -67,6 +69,53 @@ def policy_values(model: Model, policy: IntArray, gamma: float) -> FloatArray:
     states = np.arange(model.start.size)
     steps = np.eye(states.size) - gamma * model.transition[states, policy]
     return np.linalg.solve(steps, model.reward[states, policy]).astype(np.float64, copy=False)
+
+
+def distribution_values(model: Model, probabilities: FloatArray, gamma: float) -> FloatArray:
+    """The values of taking action a in s with ``probabilities[s, a]``, (S,), by the same equation (section 4.1)."""
+    reward, transition = np.zeros(model.start.size), np.zeros((model.start.size, model.start.size))
+    for s in range(model.start.size):
+        for a in range(model.reward.shape[1]):
+            reward[s] += probabilities[s, a] * model.reward[s, a]
+            for s_next in range(model.start.size):
+                transition[s, s_next] += probabilities[s, a] * model.transition[s, a, s_next]
+    steps = np.eye(model.start.size) - gamma * transition
+    return np.linalg.solve(steps, reward).astype(np.float64, copy=False)
+
+
+def exact_optimum(mdp: TabularMDP, gamma: Fraction) -> list[Fraction]:
+    """The optimal values without any rounding: all deterministic policies, each solved in fractions."""
+    world = world_of(mdp)
+    n, mask = mdp.n_states, mdp.action_mask
+    best: list[Fraction] = []
+    for policy in itertools.product(range(mdp.n_actions), repeat=n):
+        if mask is not None and not mask[range(n), policy].all():
+            continue
+        rows = [[Fraction(int(s == other)) for other in range(n)] for s in range(n)]
+        right = [Fraction(0)] * n
+        for s, a in enumerate(policy):
+            for probability, next_state, reward, terminated in world.outcomes[s][a]:
+                right[s] += Fraction(probability) * Fraction(reward)
+                if not terminated:
+                    rows[s][next_state] -= gamma * Fraction(probability)
+        values = _solved_in_fractions(rows, right)
+        best = values if not best else [max(pair) for pair in zip(best, values, strict=True)]
+    return best
+
+
+def _solved_in_fractions(rows: list[list[Fraction]], right: list[Fraction]) -> list[Fraction]:
+    """Gauss and Jordan's elimination."""
+    n = len(right)
+    for i in range(n):
+        pivot = next(k for k in range(i, n) if rows[k][i] != 0)
+        rows[i], rows[pivot], right[i], right[pivot] = rows[pivot], rows[i], right[pivot], right[i]
+        right[i], rows[i] = right[i] / rows[i][i], [entry / rows[i][i] for entry in rows[i]]
+        for k in range(n):
+            if k != i:
+                factor = rows[k][i]
+                rows[k] = [entry - factor * own for entry, own in zip(rows[k], rows[i], strict=True)]
+                right[k] -= factor * right[i]
+    return right
 
 
 def greedy_policy(model: Model, q: FloatArray) -> IntArray:

@@ -36,6 +36,7 @@ LAYERS = (  # from the bottom; those of one line know nothing of each other
     ("problems",),
     ("generalization",),
     ("adapters", "environments"),
+    ("solving",),
     ("training",),
     ("learners",),
     ("testing",),

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from tuckerl.adapters.transition_tables import TOY_TEXT, extract_transition_table
-from tuckerl.errors import ProblemError
+from tuckerl.errors import NoTableError, ProblemError
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.problem import Problem
 
@@ -118,7 +118,7 @@ def _is_bookkeeping(name: str) -> bool:
 
 
 def _unbelieved(source: str, reason: str) -> ProblemError:
-    return ProblemError(
-        f"compiled=True plays {source} from the table that it carries, and {reason}: correct one of them, or leave "
-        "compiled at 'auto', which steps it in Python"
+    return NoTableError(
+        f"compiled=True plays {source} from the table that it carries, and {reason}",
+        ": correct one of them, or leave compiled at 'auto', which steps it in Python",
     )

@@ -27,7 +27,7 @@ from tuckerl.adapters.pettingzoo_problem import PettingZooProblem
 from tuckerl.adapters.python_problem import AgentSpaces
 from tuckerl.adapters.team import Team
 from tuckerl.checks import shown
-from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, SpaceError
+from tuckerl.errors import NoTableError, ParameterError, ParameterTypeError, ProblemError, SpaceError
 from tuckerl.problems.maze import Maze
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.parts import STEP_CAP
@@ -280,9 +280,10 @@ def _inner_time_limit(env: GymEnvironment) -> int | None:
 
 def _refuse_compiled(options: AdapterOptions, source: str) -> None:
     if options.compiled is True:
-        raise ProblemError(
-            f"no transition table that is known to be its own steps can be extracted from {source}, so it cannot be "
-            "compiled: leave compiled at 'auto', which steps it in Python, or pass a TabularMDP or a Simulator as env"
+        raise NoTableError(
+            f"no transition table that is known to be its own steps can be extracted from {source}",
+            ", so it cannot be compiled: leave compiled at 'auto', which steps it in Python, or pass a TabularMDP or a "
+            "Simulator as env",
         )
 
 
