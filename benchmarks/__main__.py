@@ -13,6 +13,7 @@ BENCHMARKS = (
     "toy_text",
     "decomposition",
     "windows",
+    "sharing",
     "stepping",
     "first_result",
     "experiment",

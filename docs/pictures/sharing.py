@@ -1,16 +1,19 @@
 """Study when agents should share, and draw and write what came out into docs/when-to-share.md.
 
 ``python -m docs.pictures.sharing`` plays all runs of ``sharing-settings.json`` (some ten minutes of one core), which
-says all that was fixed before, and writes, beside this file, ``sharing.json`` and ``sharing.png``; with ``--draw`` it
-draws what came out before. The base is tuned on the grid by its mean over the tuning runs; then every variant plays
-with the tuned base's parameters on the test runs, whose seeds and mazes are other ones. Equal runs have equal seeds.
+says all that was fixed before, and writes, beside this file, ``sharing.json`` and ``sharing.png``; with the names of
+problems it plays only these, and with ``--draw`` it draws what came out before. The base is tuned on the grid by its
+mean over the tuning runs; then every variant plays with the tuned base's parameters on the test runs, whose seeds and
+mazes are other ones. Equal runs have equal seeds.
 """
 
+import gc
 import itertools
 import json
+import re
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -78,13 +81,17 @@ def played(
         made.learn(problem["episodes"])
         if made.diverged_at is not None:
             raise RuntimeError(f"a table of {name} diverged in run {run}")
+        if run % 20 == 0:
+            gc.collect()  # learners refer to themselves, and their large tables do not count for when this is done
         values.append(float((made.steps if problem["measure"] == "steps" else made.returns).mean()))
     return np.array(values)
 
 
-def study(settings: Settings) -> Iterator[tuple[str, Settings]]:
-    """Give, for each problem, the tuned parameters and by how much each variant is better than the base."""
+def study(settings: Settings, names: Sequence[str]) -> Iterator[tuple[str, Settings]]:
+    """Give, for each problem of these names, what was tuned and by how much each variant is better than the base."""
     for place, (name, problem) in enumerate(settings["problems"].items()):
+        if name not in names:
+            continue
         sign, world = 1.0 if problem["larger_is_better"] else -1.0, worlds(problem["environment"])
         grid = []
         for point in itertools.product(*problem["grid"].values()):
@@ -108,13 +115,38 @@ def table(results: Settings) -> str:
     """Return a row for each problem: by how many percent each variant is better than the tuned base."""
     lines = ["| problem | base | " + " | ".join(VARIANTS.values()) + " |", "|---" * (2 + len(VARIANTS)) + "|"]
     for name, result in results.items():
-        cells = [
-            f"{found['mean']:+.1f} ({found['low']:+.1f} to {found['high']:+.1f})"
-            for found in result["variants"].values()
-        ]
+        cells = [_interval(found["mean"], found["low"], found["high"]) for found in result["variants"].values()]
         tuned = ", ".join(f"{parameter} {value:g}" for parameter, value in result["tuned"].items())
         lines.append(f"| {name} | {result['base']:.1f} ({tuned}) | " + " | ".join(cells) + " |")
-    return "\n".join(lines).replace("-", "\N{MINUS SIGN}").replace("|" + "\N{MINUS SIGN}" * 3, "|---")
+    return _with_minus(lines)
+
+
+def _interval(mean: float, low: float, high: float) -> str:
+    digits = 1 if abs(mean) >= 1.0 else 2
+    return f"{mean:+.{digits}f} ({low:+.{digits}f} to {high:+.{digits}f})"
+
+
+def signs(results: Settings) -> str:
+    """Return a row for each problem: what had been found before, and whether it came out again."""
+    lines = ["| problem | by visits, before | now | the paper's rule, before | now |", "|---|---|---|---|---|"]
+    for name, problem in json.loads(SETTINGS.read_text("utf-8"))["problems"].items():
+        cells = [name]
+        for variant, before in problem["found before"].items():
+            found = results[name]["variants"][variant]
+            agrees = found["low"] * before > 0 and found["high"] * before > 0
+            decided = found["low"] * found["high"] > 0
+            words = "the same sign" if agrees else "the other sign" if decided else "not decided"
+            cells += [f"{before:+g}", f"{found['mean']:+.1f}: {words}"]
+        lines.append("| " + " | ".join(cells) + " |")
+    return _with_minus(lines)
+
+
+def _with_minus(lines: Sequence[str]) -> str:
+    """Return a table's lines as text, with minus signs where numbers have hyphens."""
+    return "\n".join(line if line.startswith("|---") else re.sub(r"-(?=\d)", "\N{MINUS SIGN}", line) for line in lines)
+
+
+TABLES = {"sharing": table, "signs": signs}
 
 
 def draw(results: Settings) -> None:
@@ -138,20 +170,23 @@ def draw(results: Settings) -> None:
     plt.close(figure)
 
 
-def main(*, anew: bool) -> None:
-    """Play if asked to, draw, and write the page's table."""
-    if anew:
-        settings, results = json.loads(SETTINGS.read_text("utf-8")), {}
-        warnings.simplefilter("ignore")  # ranks that a window clips, and what is not a study's to say
-        for name, result in study(settings):
-            results[name] = result
-            sys.stderr.write(f"{name}: {json.dumps(result['tuned'])} {json.dumps(result['variants'])}\n")
+def main(names: Sequence[str]) -> None:
+    """Play the problems of these names, draw, and write the page's tables."""
+    results = json.loads(RESULTS.read_text("utf-8")) if RESULTS.exists() else {}
+    settings = json.loads(SETTINGS.read_text("utf-8"))
+    warnings.simplefilter("ignore")  # ranks that a window clips, and what is not a study's to say
+    for name, result in study(settings, names):
+        results[name] = result
+        sys.stderr.write(f"{name}: {json.dumps(result['tuned'])} {json.dumps(result['variants'])}\n")
         RESULTS.write_text(json.dumps(results, indent=1) + "\n", "utf-8")
-    results = json.loads(RESULTS.read_text("utf-8"))
+    results = {name: results[name] for name in settings["problems"]}
     draw(results)
     page = PAGE.read_text("utf-8")
-    PAGE.write_text(table_pattern("sharing").sub(f"\n{table(results)}\n\n", page), "utf-8")
+    for name, written in TABLES.items():
+        page = table_pattern(name).sub(f"\n{written(results)}\n\n", page)
+    PAGE.write_text(page, "utf-8")
 
 
 if __name__ == "__main__":
-    main(anew="--draw" not in sys.argv[1:])
+    asked = sys.argv[1:]
+    main([] if asked == ["--draw"] else asked or list(json.loads(SETTINGS.read_text("utf-8"))["problems"]))

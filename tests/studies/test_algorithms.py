@@ -9,6 +9,7 @@ from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.dyna_maze import DYNA_MAZE
 from tuckerl.studies.robot_rescue import ROBOT_RESCUE
 from tuckerl.studies.study import Scenario
+from tuckerl.studies.training_config import TrainingConfig, build_learner
 
 CONTRACT = """
     q-learning tq-learning
@@ -72,6 +73,22 @@ def test_settings_are_split_into_the_learners_and_the_steps() -> None:
         {"alpha": 0.2, "search_control": "random"},
         {"every": 5},
     )
+
+
+def test_agents_of_an_unmodified_algorithm_may_share() -> None:
+    settings = {"alpha": 0.2, "share": "visits", "share_every": 5}
+    of_step = {"share": "visits", "share_every": 5}
+    assert split_settings(ALGORITHMS["q-learning"], settings) == ({"alpha": 0.2}, of_step)
+    config = TrainingConfig("q-learning", "FrozenLake-v1", settings=settings, n_agents=3)
+    step = build_learner(config, "FrozenLake-v1").tensor_step
+    assert step is not None
+    assert (step.every, step.weights, step.share, step.share_every) == (10, "none", "visits", 5)
+    assert not step.needs_decomposition
+    both = TrainingConfig("q-learning", "FrozenLake-v1", settings={"share": "max", "weights": "paper"}, n_agents=2)
+    decomposed = build_learner(both, "FrozenLake-v1").tensor_step
+    assert decomposed is not None
+    assert (decomposed.weights, decomposed.ranks) == ("paper", (15, 3, 9, 1))
+    assert build_learner(config._replace(settings={}), "FrozenLake-v1").tensor_step is None
 
 
 def test_an_unknown_algorithm_is_said() -> None:

@@ -221,6 +221,7 @@ class Modelled(QLearning):
     [
         ({"share": "none"}, r'Modelled must have weights="none": it has no step size; got weights=\'paper\''),
         ({"weights": "none"}, r'must have share="none": its tables are made from a model; got share=\'max\''),
+        ({"weights": "none", "share": "none", "shrink": 0.5}, r"Modelled must have shrink=0: its tables are made from"),
         ({"weights": lambda decomposition: np.ones(4), "share": "none"}, r"it has no step size; got weights=<function"),
     ],
 )

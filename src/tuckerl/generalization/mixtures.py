@@ -4,10 +4,12 @@ A *mixture* of N agents is (N,) numbers that sum to 1, by which whole tables are
 Or it is (N, R, A) numbers that sum to 1 over the agents, by which each entry of R rows is mixed in its own way.
 """
 
+import math
 from typing import Any
 
 import numpy as np
 
+from tuckerl._jit import kernel
 from tuckerl.types import FloatArray, IntArray
 
 
@@ -46,11 +48,36 @@ def share_tables(q: FloatArray, mixture: FloatArray, states: IntArray | None) ->
     if is_copy(mixture):
         q[:, rows] = q[int(np.argmax(mixture)), rows]
         return
-    with np.errstate(over="ignore", invalid="ignore"):  # the end of the next window finds what is not finite
-        if mixture.ndim == 1:
+    if mixture.ndim == 1:
+        with np.errstate(over="ignore", invalid="ignore"):  # the end of the next window finds what is not finite
             q[:, rows] = np.tensordot(mixture, q[:, rows], axes=1)
-            return
-        tables = q[:, rows]
-        weights = mixture.reshape(*mixture.shape, *[1] * (tables.ndim - mixture.ndim))
-        mixed = (weights * tables).sum(axis=0)
-        q[:, rows] = np.where((tables == tables[0]).all(axis=0), tables[0], mixed)
+        return
+    tables = np.ascontiguousarray(q[:, rows], dtype=np.float64)
+    n_agents, n_rows, *others = tables.shape
+    mixed = np.empty((n_rows, math.prod(others)))
+    weights = mixture.reshape(n_agents, n_rows, math.prod(mixture.shape[2:]))
+    _mix_entries(mixed, tables.reshape(n_agents, *mixed.shape), weights)
+    q[:, rows] = mixed.reshape(tables.shape[1:])
+
+
+@kernel
+def _mix_entries(mixed: FloatArray, tables: FloatArray, weights: FloatArray) -> None:
+    """Mix each entry in its own way; entries in which the tables are equal stay as they are.
+
+    Parameters
+    ----------
+    mixed : (R, K) float64
+        Changed.
+    tables : (N, R, K) float64
+    weights : (N, R, K) float64
+        Or (N, R, 1) for the same in all entries of a row.
+    """
+    for row in range(mixed.shape[0]):
+        for column in range(mixed.shape[1]):
+            first, total, are_equal = tables[0, row, column], 0.0, True
+            place = min(column, weights.shape[2] - 1)
+            for agent in range(tables.shape[0]):
+                value = tables[agent, row, column]
+                total += weights[agent, row, place] * value
+                are_equal = are_equal and value == first
+            mixed[row, column] = first if are_equal else total

@@ -9,7 +9,7 @@ from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.markup import rendered, versions, write_page
 from tuckerl.reports.report import described
-from tuckerl.reports.text import ranks_of
+from tuckerl.reports.text import ranks_of, share_of
 from tuckerl.studies.comparison import N_EPISODES, N_RUNS, ComparisonConfig
 from tuckerl.studies.comparison_result import VERDICTS, ComparisonResult
 from tuckerl.studies.study import Variant
@@ -88,6 +88,6 @@ def settings(variant: Variant) -> str:
     if step is not None:
         words.append(
             f"tensor step every {step.every} episodes with {ranks_of(step.ranks)}, weights {step.weights}, "
-            f"share {step.share}, floor {step.floor:g}"
+            f"{share_of(step)}, floor {step.floor:g}"
         )
     return "; ".join(words)

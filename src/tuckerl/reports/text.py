@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from tuckerl.types import FloatArray, Ranks
 
 if TYPE_CHECKING:  # what it imports, commands without statistics do not need
+    from tuckerl.generalization.tensor_step import TensorStep
     from tuckerl.studies.statistics import Difference
 
 NOTHING = "\N{EN DASH}"
@@ -21,6 +22,13 @@ def counted(number: int, noun: str) -> str:
 def ranks_of(ranks: Ranks | None) -> str:
     """Return "ranks (15, 3, 9, 1)" or "no ranks"."""
     return "no ranks" if ranks is None else f"ranks {tuple(ranks)}"
+
+
+def share_of(step: "TensorStep") -> str:
+    """Return "share visits", with how often and what is shrunk where these are set; a function by its name."""
+    rule = step.share if isinstance(step.share, str) else getattr(step.share, "__name__", "own function")
+    often = "" if step.share_every is None else f" every {counted(step.share_every, 'episode')}"
+    return f"share {rule}{often}" + (f", shrink {step.shrink:g}" if step.shrink else "")
 
 
 def all_pairs(number: int) -> str:

@@ -114,13 +114,16 @@ def check_plays(algorithm: Algorithm, environment: str) -> None:
 def split_settings(algorithm: Algorithm, settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return what of the settings is the learner's, and what its tensor step's.
 
+    An unmodified algorithm takes a step's parameters where `share` is among them: its agents share, and no more.
+
     Raises
     ------
     ParameterError, ParameterTypeError
         If the algorithm takes no such parameter.
     """
     for name in settings:
-        check_setting((algorithm,), name)
+        if name not in STEP_PARAMETERS or "share" not in settings:
+            check_setting((algorithm,), name)
     step = {name: value for name, value in settings.items() if name in STEP_PARAMETERS}
     return {name: value for name, value in settings.items() if name not in step}, step
 

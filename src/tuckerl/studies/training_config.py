@@ -93,7 +93,8 @@ def build_learner(config: TrainingConfig, environment: Environment) -> Learner:
         parameters["bins"] = quantile_edges(source, config.quantile_bins, seed=seed)
     step = None
     with bins_named():
-        if algorithm.is_t_version:
+        if algorithm.is_t_version or of_step:
+            of_step = of_step if algorithm.is_t_version else {"weights": "none"} | of_step
             problem = as_problem(environment, algorithm.learner.adapter_options(parameters))
             step = tensor_step(algorithm, (problem.n_states, problem.n_actions), of_step)
         return algorithm.learner(environment, **parameters, n_agents=n_agents, tensor_step=step, seed=seed)

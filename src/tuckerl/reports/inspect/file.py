@@ -13,7 +13,7 @@ from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.learner import inspect_learner
 from tuckerl.reports.inspect.tensor import inspect_tensor
 from tuckerl.reports.learner_text import name_of
-from tuckerl.reports.text import counted, joined, number, ranks_of, span
+from tuckerl.reports.text import counted, joined, number, ranks_of, share_of, span
 from tuckerl.studies.algorithms import default_ranks
 from tuckerl.studies.training import load_learner
 from tuckerl.training.learner import Learner
@@ -111,7 +111,7 @@ def learner_lines(learner: Learner) -> list[str]:
     if step is not None:
         lines.append(
             f"Tensor step: every {counted(step.every, 'episode')}, {ranks_of(step.ranks)}, weights "
-            f"{_name(step.weights)}, share {_name(step.share)}, floor {step.floor:g}"
+            f"{_name(step.weights)}, {share_of(step)}, floor {step.floor:g}"
         )
         failed = int(learner.tensor_step_history.failed.sum())
         if failed:

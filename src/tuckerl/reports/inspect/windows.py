@@ -225,7 +225,9 @@ COPIED = FigureSpec(
 
 def draw_fit(inspection: Inspection) -> Figure:
     """Draw the fit of each window's decomposition and the ranks that it used."""
-    history = drawn_windows(inspection.history)
+    only_shared = (inspection.history.ranks == 0).all(axis=1)
+    decomposed = TensorStepHistory._make(column[~only_shared] for column in inspection.history)
+    history = drawn_windows(decomposed)
     figure = Figure(figsize=(WIDTH, 2.7))
     left, right = (panel(figure, place, 0.46, 2.55, 1.94) for place in (0.7, 3.85))
     draw_course(left, history.episode, history.fit, _FIT)
@@ -266,7 +268,9 @@ def _fit_caption(inspection: Inspection) -> str:
     listed = [f"{name} {span(column[np.isfinite(column)])}" for name, column in zip(_MODES, ranks.T, strict=True)]
     words += f". Right: the columns of each factor, clipped to what the tables allow: {joined(listed)}"
     if without:
-        words += f". {counted(without, 'window')} had no decomposition (nothing was learned yet)"
+        words += (
+            f". {counted(without, 'window')} had no decomposition (nothing was learned yet, or tables were only shared)"
+        )
     if failed:
         words += f". No decomposition could be found after {counted(failed, 'window')}: weights and tables stayed"
     return f"{words}{every_words(inspection.history)}."
