@@ -16,6 +16,7 @@ from tuckerl.learners.dyna_h import DynaH as DynaH
 from tuckerl.learners.dyna_q import DynaQ as DynaQ
 from tuckerl.learners.dyna_q_plus import DynaQPlus as DynaQPlus
 from tuckerl.learners.expected_sarsa import ExpectedSarsa as ExpectedSarsa
+from tuckerl.learners.haql import HAQL as HAQL
 from tuckerl.learners.loading import load as load
 from tuckerl.learners.monte_carlo import MonteCarlo as MonteCarlo
 from tuckerl.learners.n_step_sarsa import NStepSarsa as NStepSarsa
@@ -59,6 +60,7 @@ from tuckerl.training.schedules import Harmonic as Harmonic
 from tuckerl.training.schedules import Linear as Linear
 
 __all__ = [
+    "HAQL",
     "UCB",
     "Callback",
     "Checkpoint",

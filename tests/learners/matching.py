@@ -8,19 +8,21 @@ import numpy as np
 
 from tests.learners.worlds import world_of
 from tests.reference import tensor_step
+from tests.reference.haql import HAQLearner
 from tests.reference.q_learning import QLearner, Table
 from tests.reference.r_learning import RLearner
 from tests.reference.rng import Stream
 from tests.reference.true_online_sarsa_lambda import TrueOnlineSarsaLambdaLearner
 from tests.reference.watkins_q_lambda import WatkinsQLambdaLearner
 from tests.training.test_resume import assert_same
-from tuckerl import RLearning, TabularMDP, TensorStep, TrueOnlineSarsaLambda, WatkinsQLambda
+from tuckerl import HAQL, RLearning, TabularMDP, TensorStep, TrueOnlineSarsaLambda, WatkinsQLambda
 from tuckerl.training.learner import Learner
 
 TWINS: dict[type[Learner], Any] = {
     WatkinsQLambda: WatkinsQLambdaLearner,
     TrueOnlineSarsaLambda: TrueOnlineSarsaLambdaLearner,
     RLearning: RLearner,
+    HAQL: HAQLearner,
 }
 
 
@@ -40,6 +42,8 @@ def twin_of(
 ) -> QLearner:
     """The twin of ``made(mdp, ...)``'s agent."""
     q = np.zeros((mdp.n_states, mdp.n_actions)) + initial_q
+    if made is HAQL:
+        own.setdefault("heuristic", mdp.heuristic)
     twin: QLearner = TWINS[made](
         world_of(mdp), Stream(seed, agent), alpha, gamma, epsilon, epsilon_decay, ties, q, **own
     )

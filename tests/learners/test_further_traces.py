@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.learners.matching import TWINS, compare, compare_with_step, goes_on_through_files, twin_of
+from tests.learners.matching import compare, compare_with_step, goes_on_through_files, twin_of
 from tests.learners.test_masks import masked_mdp
 from tests.learners.worlds import corridor, random_maze, random_mdp
 from tests.reference.true_online_sarsa_lambda import online_lambda_return
@@ -250,7 +250,7 @@ def test_values_of_the_walk_are_learned() -> None:
 # What is refused
 
 
-@pytest.mark.parametrize("made", TWINS)
+@pytest.mark.parametrize("made", [WatkinsQLambda, TrueOnlineSarsaLambda])
 def test_divergence_stops_learning(made: Any) -> None:
     problem = TabularMDP([[0, 0]], [[1e308, 1e308]], [[False, False]], max_episode_steps=50)
     with pytest.warns(DivergenceWarning, match="not finite any more in episode 0"):

@@ -81,6 +81,7 @@ LEARNERS = (
         "R-learning",
         "Schwartz 1993; Mahadevan 1996; Sutton and Barto 1998, section 6.7",
     ),
+    LearnerEntry("HAQL", "tuckerl.learners.haql", "HAQL", "Bianchi, Ribeiro and Costa 2004, 2008"),
     LearnerEntry(
         "DynaH",
         "tuckerl.learners.dyna_h",
