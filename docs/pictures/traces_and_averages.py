@@ -139,10 +139,33 @@ def _draw_accepted(axes: Axes, learned: Any, exact: Any) -> None:
     axes.set_title("accepted: grey as learned, dots as is best", fontsize=9)
 
 
+def draw_haql() -> None:
+    """Draw steps to the goal of ten random mazes with and without a heuristic in the choice of actions."""
+    figure, axes = plt.subplots(figsize=(6.4, 3.2), layout="constrained")
+    kinds: list[tuple[Any, dict[str, Any], str]] = [
+        (tuckerl.QLearning, {}, "Q-learning"),
+        (tuckerl.HAQL, {"xi": 0.5}, "HAQL, ξ 0.5"),
+        (tuckerl.HAQL, {"xi": 1.0}, "HAQL, ξ 1"),
+    ]
+    for number, (kind, own, label) in enumerate(kinds):
+        steps = []
+        for seed in range(10):
+            maze = tuckerl.random_maze(seed=seed).to_mdp(max_episode_steps=2000)
+            steps.append(kind(maze, n_agents=5, seed=seed, **own).learn(100).steps.mean(axis=1))
+        line(axes, np.arange(1, 101), np.mean(steps, axis=0), number, label, every=10)
+    axes.set_yscale("log")
+    axes.set_yticks([100, 300, 1000, 2000], ["100", "300", "1000", "2000"])
+    axes.minorticks_off()
+    plain(axes, "episode", "steps to the goal, at most 2000")
+    axes.legend(frameon=False, fontsize=8, loc=(0.35, 0.6))
+    save(figure, "haql")
+
+
 PICTURES: dict[str, Callable[[], None]] = {
     "watkins": draw_watkins,
     "true-online": draw_true_online,
     "r-learning": draw_r_learning,
+    "haql": draw_haql,
 }
 
 

@@ -179,6 +179,7 @@ _LEARNERS: list[tuple[Any, dict[str, Sequence[Make]]]] = [
     (tuckerl.SarsaLambda, _TRACES),
     (tuckerl.WatkinsQLambda, _TRACES),
     (tuckerl.TrueOnlineSarsaLambda, {"lambda_": _TRACES["lambda_"]}),
+    (tuckerl.HAQL, {"heuristic": _PLANS["heuristic"], "xi": NUMBERS, "eta": these(0.5, 1, 10.0)}),
     (tuckerl.RLearning, {"beta": NUMBERS, "gamma": these(1.0)}),
     (tuckerl.DynaH, _PLANS),
     (tuckerl.DynaQ, {"planning_steps": these(0, 5)}),

@@ -33,7 +33,7 @@ def test_forced_actions_equal_the_twin(name: str) -> None:
 @pytest.mark.parametrize("ties", ["first", "random"])
 def test_suggested_actions_equal_the_twin(ties: str, xi: float) -> None:
     # Rewards of 0 and 1 and halves of them: no sum rounds, so that choices may be compared.
-    rng = np.random.default_rng(7)
+    rng = np.random.default_rng(5)
     for allowed in (None, masks(1, 6, (4,))):
         problem = TabularMDP(
             rng.integers(6, size=(6, 4)),
@@ -44,8 +44,14 @@ def test_suggested_actions_equal_the_twin(ties: str, xi: float) -> None:
             action_mask=allowed,
         )
         parameters: dict[str, Any] = {"alpha": 0.5, "gamma": 0.5, "epsilon": 0.25, "ties": ties, "eta": 0.5}
-        _, twins = compare(HAQL, problem, 6, n_agents=2, xi=xi, **parameters)
-        assert sum(slow.n_suggested for slow in twins) > 5
+        learner, twins = compare(HAQL, problem, 6, n_agents=2, xi=xi, **parameters)
+        assert min(slow.n_suggested for slow in twins) > 5
+        # Predictions are by Q + xi H, too; the lowest action on ties.
+        played = twins[0].q + xi * np.array([twins[0].h(state) for state in range(6)])
+        played = played if allowed is None else np.where(allowed, played, -np.inf)
+        for deterministic in (None, True):
+            predicted = learner.predict(np.arange(6), deterministic=deterministic)[0]
+            np.testing.assert_array_equal(predicted, played.argmax(axis=1))
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
@@ -99,6 +105,24 @@ def test_an_action_that_led_no_nearer_is_not_suggested() -> None:
     learner = HAQL(problem, epsilon=0.0, xi=1.0, initial_q=np.array([[1.0, 0.0], [0.0, 0.0]]), seed=0)
     learner.declared[0]["led_to"][0] = 1 + 1, 1 + 0
     assert learner.learn(1).trajectories[0].tolist() == [0, 1]
+
+
+def test_what_may_not_be_done_any_more_is_not_suggested() -> None:
+    # Action 0 leads nearest, but is forbidden now, as an environment's masks may change; action 1 is the next best.
+    problem = TabularMDP(
+        [[1, 2, 3]] * 4,
+        np.zeros((4, 3)),
+        np.zeros((4, 3), dtype=np.bool_),
+        max_episode_steps=1,
+        heuristic=[3, 0, 1, 9],
+        action_mask=[[False, True, True]] * 4,
+    )
+    table = np.zeros((4, 3))
+    table[0, 2] = 5.0
+    learner = HAQL(problem, epsilon=0.0, xi=1.0, initial_q=table, seed=0)
+    learner.declared[0]["led_to"][0] = 1 + 1, 1 + 2, 1 + 3
+    assert learner.predict(0)[0] == 1
+    assert learner.learn(1).trajectories[0].tolist() == [0, 2]
 
 
 def test_the_first_episodes_in_a_maze_take_fewer_steps() -> None:

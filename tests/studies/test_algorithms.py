@@ -18,6 +18,7 @@ CONTRACT = """
     watkins-q-lambda t-watkins-q-lambda
     true-online-sarsa-lambda t-true-online-sarsa-lambda
     r-learning t-r-learning
+    haql t-haql
     dyna-h dyna-ht
     team-q team-tq
     expected-sarsa t-expected-sarsa

@@ -65,6 +65,7 @@ SLOWER: list[tuple[type[Learner], dict[str, Any]]] = [
     (tuckerl.MonteCarlo, {"visits": "every"}),
     (tuckerl.WatkinsQLambda, {"carry_trace": True}),
     (tuckerl.TrueOnlineSarsaLambda, {"lambda_": 0.8}),
+    (tuckerl.HAQL, {}),
 ]
 
 

@@ -121,7 +121,9 @@ def check_predictions(subject: Subject) -> None:
         raise LearnerCheckError(
             f"predictions one by one must be those of a batch; {subject.name} gave {single} and {list(together)}"
         )
-    greedy = learner.acting_policy.preferences(learner.q[0], learner.declared[0]).argmax(axis=1)
+    policy, held = learner.acting_policy, learner.declared[0]
+    table = policy.table(learner.q[0], held, np.zeros((0, 0), dtype=np.bool_))
+    greedy = policy.preferences(table, held).argmax(axis=1)
     if not np.array_equal(together, greedy):
         raise LearnerCheckError(
             f"predictions must be greedy, the lowest action on ties; {subject.name} gave {list(together)} where its "

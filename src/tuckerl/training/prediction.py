@@ -140,10 +140,10 @@ class Predictor:
 
     def _followed(self, agent: int, deterministic: bool | None) -> tuple[FloatArray, Policy]:
         """Return the policy that is to be followed, and the (S, A) table that it looks at."""
-        q = self.q[agent]
-        if deterministic:
-            return self._policy.preferences(q, self._declared[agent]), Greedy()
-        return q, self._policy if deterministic is False else self._target
+        q, declared, mask = self.q[agent], self._declared[agent], self._action_masks[agent]
+        policy = self._target if deterministic is None else self._policy
+        table = policy.table(q, declared, mask)
+        return (policy.preferences(table, declared), Greedy()) if deterministic else (table, policy)
 
     def _without_effect(self, policy: Policy, agent: int) -> dict[str, Any]:
         """Return an agent's declared arrays, copies of those that the policy changes: learning must not notice."""

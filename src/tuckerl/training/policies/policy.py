@@ -14,7 +14,7 @@ from tuckerl.problems.immutable import Immutable
 from tuckerl.training.declared_state import DeclaredArray
 from tuckerl.training.guards import guarded_choose, guarded_probabilities
 from tuckerl.training.schedules import Schedule, ScheduleValues
-from tuckerl.types import FloatArray, IntArray
+from tuckerl.types import BoolArray, FloatArray, IntArray
 
 _SUM_TOLERANCE = 1e-6
 _CHOOSE: dict[type, Callable[..., int]] = {}
@@ -137,5 +137,18 @@ class Policy(Immutable):
         q : (S, A) float64
         declared : mapping
             The agent's declared arrays by name.
+        """
+        return q
+
+    def table(self, q: FloatArray, declared: Mapping[str, Any], action_mask: BoolArray) -> FloatArray:
+        """Return the (S, A) table that is played by: `q`, unless an algorithm's own `act` lets the policy see another.
+
+        Parameters
+        ----------
+        q : (S, A) float64
+        declared : mapping
+            The agent's declared arrays by name.
+        action_mask : (S, A) or (0, 0) bool
+            Where actions may be taken, as far as is known; (0, 0) where all always may.
         """
         return q
