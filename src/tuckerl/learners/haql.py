@@ -4,13 +4,14 @@ r"""HAQL, heuristically accelerated Q-learning: Q-learning whose choice of actio
     a = \arg\max_b [Q(s, b) + \xi H(s, b)], \qquad
     H(s, b) = \begin{cases} \max_c Q(s, c) - Q(s, b) + \eta & \text{if the heuristic suggests } b \\ 0 \end{cases}
 
-where Q-learning takes the largest Q. What is learned is Q-learning's; the heuristic only decides where experience comes
-from. (Bianchi, Ribeiro and Costa 2004 and 2008.)
+where Q-learning takes the largest Q. The table is Q-learning's; the heuristic decides where its experience comes from,
+and helps to play by it. (Bianchi, Ribeiro and Costa 2004 and 2008.)
 
 Here a heuristic is a distance of each state from the goal, as in Dyna-H. It suggests the action that has led nearest to
 the goal when it was last taken, if that is nearer than the state itself; where none is known, nothing.
 """
 
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
@@ -30,9 +31,10 @@ from tuckerl.training.declared_state import Declaration, DeclaredArray
 from tuckerl.training.greedy_actions import best_value, is_allowed
 from tuckerl.training.learner import Learner
 from tuckerl.training.parameters import LearnerParameters
-from tuckerl.training.policies.policy import choose
+from tuckerl.training.policies.greedy import Greedy
+from tuckerl.training.policies.policy import Policy, choose
 from tuckerl.training.schedules import Schedule, as_number, as_schedule
-from tuckerl.types import FloatArray, StateArray
+from tuckerl.types import BoolArray, FloatArray, StateArray
 
 _NONE = -1
 
@@ -81,6 +83,56 @@ def update(algorithm: HAQLState, agent: AgentArrays, transition: Transition, nex
 
 
 register_algorithm(HAQLState, act=act, update=update)
+
+
+Table = Callable[[FloatArray, Mapping[str, Any], BoolArray], FloatArray]
+"""From an agent's Q, declared arrays and action mask to Q + xi H, (S, A)."""
+
+
+class HelpedGreedy(Greedy):
+    """An action of the largest Q + xi H, which is what `helped` returns."""
+
+    def __init__(self, helped: Table) -> None:
+        self.helped = helped
+
+    def table(self, q: FloatArray, declared: Mapping[str, Any], action_mask: BoolArray) -> FloatArray:
+        """Return Q + xi H."""
+        return self.helped(q, declared, action_mask)
+
+
+class HelpedPolicy(Policy):
+    """A policy that plays by Q + xi H, which is what `helped` returns; while it learns, `act` shows it that."""
+
+    def __init__(self, policy: Policy, helped: Table) -> None:
+        self.policy, self.helped = policy, helped
+
+    def schedules(self) -> dict[str, Schedule]:
+        """Return the policy's own."""
+        return self.policy.schedules()
+
+    def declare_state(self) -> tuple[DeclaredArray, ...]:
+        """Return the policy's own."""
+        return self.policy.declare_state()
+
+    def arrays(self, scheduled: FloatArray, declared: Mapping[str, Any]) -> Any:
+        """Return the policy's own, so that its kernels are the policy's."""
+        return self.policy.arrays(scheduled, declared)
+
+    def target(self) -> Policy:
+        """Return the policy that is learned for, the greedy one as a rule, by Q + xi H."""
+        target = self.policy.target()
+        return HelpedGreedy(self.helped) if target is None else HelpedPolicy(target, self.helped)
+
+    def preferences(self, q: FloatArray, declared: Mapping[str, Any]) -> FloatArray:
+        """Return what the policy makes of the table that it is given."""
+        return self.policy.preferences(q, declared)
+
+    def table(self, q: FloatArray, declared: Mapping[str, Any], action_mask: BoolArray) -> FloatArray:
+        """Return Q + xi H."""
+        return self.helped(q, declared, action_mask)
+
+    def __repr__(self) -> str:
+        return f"{self.policy!r} of HAQL"
 
 
 class HAQL(Learner):
@@ -150,3 +202,29 @@ class HAQL(Learner):
     def constants(self) -> dict[str, Any]:
         """Return the heuristic, and by how much it is preferred."""
         return {"heuristic": self.heuristic, "eta": self.eta}
+
+    def adapt_policy(self, policy: Policy) -> Policy:
+        """Return the policy, which is played by Q + xi H in predictions, too."""
+        return HelpedPolicy(policy, self.helped)
+
+    def helped(self, q: FloatArray, declared: Mapping[str, Any], action_mask: BoolArray) -> FloatArray:
+        """Return Q + xi H of an agent, as it is in the episode to come.
+
+        Parameters
+        ----------
+        q : (S, A) float64
+        declared : mapping
+            The agent's declared arrays by name.
+        action_mask : (S, A) or (0, 0) bool
+        """
+        xi = self._xi.values(self.episodes + 1)[-1]
+        allowed = action_mask if action_mask.size else np.ones(q.shape, dtype=np.bool_)
+        led_to = declared["led_to"].astype(np.int64)
+        distance = np.where((led_to > 0) & allowed, self.heuristic[led_to - 1], np.inf)
+        suggested = distance.argmin(axis=1)
+        nearer = np.flatnonzero((distance.min(axis=1) < self.heuristic) & (xi > 0.0))
+        pairs = nearer, suggested[nearer]
+        best = np.where(allowed, q, -np.inf).max(axis=1)
+        table = q.copy()
+        table[pairs] += xi * (best[nearer] - q[pairs] + self.eta)
+        return table
