@@ -136,6 +136,10 @@ class OutputError(TuckerlError, OSError):
     """A result cannot be written where it was asked for."""
 
 
+class WorkerError(TuckerlError, RuntimeError):
+    """The processes that were to play a study's runs do not live."""
+
+
 class OutputConflictError(TuckerlError, FileExistsError):
     """A folder holds the results of another specification."""
 
@@ -166,6 +170,14 @@ class ResumeWarning(UserWarning):
 
 class KernelCacheWarning(RuntimeWarning):
     """Compiled kernels cannot be kept on disk, or not be read: each process compiles them."""
+
+
+class DamagedResultsWarning(RuntimeWarning):
+    """A file of a study's results is not what was written: it was set aside, and its runs are played again."""
+
+
+class FailedRunsWarning(RuntimeWarning):
+    """Runs of a study ended with an error."""
 
 
 class DivergenceWarning(RuntimeWarning):

@@ -49,7 +49,7 @@ def test_a_folder_in_use_is_left_alone(capsys: pytest.CaptureFixture[str]) -> No
     capsys.readouterr()
     for more in ([], ["--overwrite"], ["--resume"]):
         assert status_of(*LAKE, "lake", *more) == 2
-        assert "tuckerl: lake is in use by another tuckerl train" in capsys.readouterr().err
+        assert "tuckerl: lake is in use by process" in capsys.readouterr().err
     lock.release()
     assert contents("lake") == before
     assert status_of(*LAKE, "lake") == 0

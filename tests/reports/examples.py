@@ -12,11 +12,11 @@ from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.claims import Claim
 from tuckerl.studies.dyna_maze import DYNA_MAZE
 from tuckerl.studies.robot_rescue import ROBOT_RESCUE
-from tuckerl.studies.runner import SCHEMAS, StudyTables
 from tuckerl.studies.sensitivity import DEFAULT, Cell, Sensitivity
 from tuckerl.studies.statistics import NO_DIFFERENCE, Band, Difference
 from tuckerl.studies.study import Scenario, Study
 from tuckerl.studies.summary import Curve, Path, Summary, WeightCourse
+from tuckerl.studies.tables import SCHEMAS, StudyTables
 from tuckerl.types import FloatArray
 
 N_EPISODES = 20

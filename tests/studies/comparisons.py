@@ -6,7 +6,7 @@ from typing import Any
 import polars as pl
 
 from tuckerl.studies.comparison import ComparisonConfig, ComparisonStudy, comparison_study
-from tuckerl.studies.runner import SCHEMAS, StudyTables
+from tuckerl.studies.tables import SCHEMAS, StudyTables
 
 MAZE = "tuckerl/DynaMaze-v0"
 SMALL = {"rows": 6, "columns": 9, "start": (2, 0), "goal": (0, 8)}

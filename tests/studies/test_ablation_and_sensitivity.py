@@ -4,8 +4,8 @@ import numpy as np
 import polars as pl
 import pytest
 
+from tests.studies.played import first_runs
 from tuckerl.studies.ablation import ablation_study, ablations
-from tuckerl.studies.runner import Task, play_task
 from tuckerl.studies.scenarios import SCENARIOS, scenario_study
 from tuckerl.studies.sensitivity import DEFAULT, estimated_seconds, sensitivity_study, summarise_sensitivity
 from tuckerl.studies.study import Study, variant
@@ -32,7 +32,7 @@ def _slow(name: str) -> list[pytest.MarkDecorator]:
 def test_every_alternative_plays(place: int) -> None:
     study = tiny(OTHERS, place)
     (scenario,) = study.scenarios
-    runs = play_task(study, Task(0, 0, 0)).runs
+    runs = first_runs(study).runs
     assert set(runs["variant"]) == {made.name for made in scenario.variants}
     assert runs["episode"].max() == 11
     cells = summarise_sensitivity(study, runs).cells
@@ -87,7 +87,7 @@ def test_pairs_share_their_seeds_with_the_main_study(study: Study) -> None:
         own = study.run_seed(scenario, 0, 4)
         assert own.spawn_key == MAIN.run_seed(main[scenario.name.split(": ")[0]], 0, 4).spawn_key
     place = next(p for p, s in enumerate(study.scenarios) if s.name.split(": ")[0] == "dyna-maze")
-    here, there = (play_task(one, Task(0, 0, 0)).runs for one in (tiny(study, place, 3), tiny(MAIN, 1, 3)))
+    here, there = (first_runs(one).runs for one in (tiny(study, place, 3), tiny(MAIN, 1, 3)))
     both = sorted(set(here["variant"]) & set(there["variant"]))
     assert {"dyna-h", "dyna-ht-1", "constant-1"} <= set(both)
     for name in both:
@@ -99,7 +99,7 @@ def test_pairs_share_their_seeds_with_the_main_study(study: Study) -> None:
 @pytest.mark.parametrize("place", range(3), ids=lambda place: SMALL.scenarios[place].name)
 def test_every_step_plays(place: int) -> None:
     study = tiny(SMALL, place)
-    (ablation,) = ablations(study, play_task(study, Task(0, 0, 0)).runs)
+    (ablation,) = ablations(study, first_runs(study).runs)
     assert [one.variant for one in ablation.steps] == [v.name for v in study.scenarios[0].variants[1:]]
     assert all(one.difference.n_pairs == 1 for one in ablation.steps)
 

@@ -6,10 +6,10 @@ import pytest
 
 from tuckerl.studies.claims import Claim, judge_claims
 from tuckerl.studies.reproduce import run_study
-from tuckerl.studies.runner import SCHEMAS, StudyTables
 from tuckerl.studies.scenarios import scenario_study
 from tuckerl.studies.study import Study
 from tuckerl.studies.summary import Samples, _weight_course, paired_curves, summarise
+from tuckerl.studies.tables import SCHEMAS, StudyTables
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from tests.studies.comparisons import small_comparison, tables_of
 from tuckerl.studies.comparison_result import ComparisonResult, summarise_comparison
 from tuckerl.studies.reproduce import run_study
-from tuckerl.studies.runner import StudyTables
+from tuckerl.studies.tables import StudyTables
 
 
 def plain(

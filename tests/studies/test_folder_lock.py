@@ -15,7 +15,7 @@ from tuckerl.studies.folder_lock import FolderLock
 
 def test_a_locked_folder_is_refused_by_name_until_it_is_released(tmp_path: Path) -> None:
     lock = FolderLock(tmp_path)
-    with pytest.raises(OutputConflictError, match=f"{tmp_path.name} is in use by another tuckerl train: wait"):
+    with pytest.raises(OutputConflictError, match=f"{tmp_path.name} is in use by process {os.getpid()}: wait"):
         FolderLock(tmp_path)
     lock.release()
     assert list(tmp_path.iterdir()) == []

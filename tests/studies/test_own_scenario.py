@@ -10,9 +10,9 @@ from tuckerl.cli import main
 from tuckerl.studies import scenarios
 from tuckerl.studies.ablation import ablation_study, ablations
 from tuckerl.studies.reproduce import run_study
-from tuckerl.studies.runner import StudyTables
 from tuckerl.studies.study import Study
 from tuckerl.studies.summary import summarise
+from tuckerl.studies.tables import StudyTables
 
 MINE = own_scenario.FROZEN_LAKE
 

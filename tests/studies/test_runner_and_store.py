@@ -1,20 +1,31 @@
-import json
 import tempfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
 import pytest
 
-from tuckerl.errors import OutputConflictError, OutputError, ParameterError, SavedFileError
-from tuckerl.files import write_whole
+from tests.studies.played import first_runs
+from tuckerl import DynaH, sutton_maze
+from tuckerl.errors import (
+    DamagedResultsWarning,
+    FailedRunsWarning,
+    OutputConflictError,
+    OutputError,
+    ParameterError,
+)
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.studies import store
+from tuckerl.studies import checkpoints
+from tuckerl.studies.executed_code import changes
+from tuckerl.studies.playing import play_run
 from tuckerl.studies.reproduce import run_study
-from tuckerl.studies.runner import SCHEMAS, Task, all_tasks, play_task
+from tuckerl.studies.runs import Run, all_runs, run_code
 from tuckerl.studies.store import Store
-from tuckerl.studies.study import Study
+from tuckerl.studies.study import Scenario, Study, Variant
+from tuckerl.studies.tables import ROWS
+from tuckerl.studies.workers import Played
 
 pytestmark = pytest.mark.compiled  # most run a whole study
 
@@ -65,38 +76,71 @@ def test_another_seed_gives_other_runs(study: Study, tmp_path: Path) -> None:
 
 def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(study: Study, tmp_path: Path) -> None:
     def interrupt(done: int, total: int) -> None:
-        if done == 2:
+        assert total == 20
+        if done >= 5:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         run_study(study, tmp_path / "halting", workers=1, progress=interrupt)
-    assert Store(tmp_path / "halting", study).finished() == {Task(0, 0, 0), Task(0, 0, 1)}
+    with Store(tmp_path / "halting", study) as store:
+        finished = store.finished()
+        assert {Run("dyna-maze", variant.name, 0, 0) for variant in study.scenarios[0].variants} <= finished
+        assert len(finished) < 20
     seen: list[int] = []
     run_study(study, tmp_path / "halting", workers=1, progress=lambda done, total: seen.append(done))
-    assert seen == [2, 3, 4]
+    assert seen[0] == len(finished)
+    assert seen[-1] == 20
     run_study(study, tmp_path / "straight", workers=1)
     for name in FILES:
         assert (tmp_path / "halting" / name).read_bytes() == (tmp_path / "straight" / name).read_bytes()
 
 
-def test_a_kill_between_two_files_costs_only_that_task(study: Study, tmp_path: Path) -> None:
-    store = Store(tmp_path, study)
-    first, second = all_tasks(study)[:2]
-    store.add([play_task(study, first)])
-    before = (tmp_path / "runs.parquet").read_bytes()
-    store.add([play_task(study, second)])
-    (tmp_path / "runs.parquet").write_bytes(before)  # as if killed before runs.parquet was renamed
-    again = Store(tmp_path, study)
-    assert again.finished() == {first}
-    again.add([play_task(study, second)])
-    assert again.tables.weights.equals(store.tables.weights)
-
-
 def test_finished_results_are_not_run_again(study: Study, tmp_path: Path) -> None:
     run_study(study, tmp_path, workers=1)
     before = {name: (tmp_path / name).stat().st_mtime_ns for name in FILES}
+    parts = sorted(tmp_path.glob("parts/*"))
     run_study(study, tmp_path, workers=1)
     assert before == {name: (tmp_path / name).stat().st_mtime_ns for name in FILES}
+    assert sorted(tmp_path.glob("parts/*")) == parts
+
+
+def played(study: Study, folder: Path) -> list[Run]:
+    """Run a study, and return which of its runs were not there before."""
+    with Store(folder, study) as store:
+        missing = store.missing()
+    run_study(study, folder, workers=1)
+    return missing
+
+
+def test_a_study_grows_and_shrinks_and_nothing_is_played_twice(study: Study, tmp_path: Path) -> None:
+    (scenario,) = study.scenarios
+    small = replace(scenario, n_instances=1, n_runs=1, variants=scenario.variants[:2])
+    assert len(played(Study((small,), 3), tmp_path)) == 2
+    assert played(Study((replace(small, n_runs=2),), 3), tmp_path) == [
+        Run("dyna-maze", variant.name, 0, 1) for variant in small.variants
+    ]
+    more = replace(small, n_runs=2, variants=scenario.variants[:3])
+    assert {run.variant for run in played(Study((more,), 3), tmp_path)} == {scenario.variants[2].name}
+    other = replace(small, name="another", number=2**40)
+    assert {run.scenario for run in played(Study((other, more), 3), tmp_path)} == {"another"}
+    before = pl.read_parquet(tmp_path / "runs.parquet").filter(scenario="dyna-maze", run=0)
+    assert played(Study((small,), 3), tmp_path) == [], "what it no longer has stays in parts"
+    only = [variant.name for variant in small.variants]
+    assert pl.read_parquet(tmp_path / "runs.parquet").equals(before.filter(pl.col("variant").is_in(only)))
+    assert played(Study((more, other), 3), tmp_path) == []
+    run_study(Study((more, other), 3), tmp_path / "straight", workers=1)
+    for name in FILES:
+        assert (tmp_path / name).read_bytes() == (tmp_path / "straight" / name).read_bytes()
+
+
+def test_the_same_run_under_two_names_is_played_once(study: Study, tmp_path: Path) -> None:
+    scenario = replace(study.scenarios[0], n_instances=1, n_runs=1, record_paths_of=())
+    twice = replace(scenario, variants=(scenario.variants[0], replace(scenario.variants[0], name="again")))
+    assert len(played(Study((twice,), 3), tmp_path)) == 1
+    runs = pl.read_parquet(tmp_path / "runs.parquet")
+    one, other = (runs.filter(variant=name).drop("variant") for name in ("dyna-h", "again"))
+    assert one.height == 20
+    assert one.equals(other)
 
 
 def test_results_of_another_study_are_refused_and_the_difference_named(study: Study, tmp_path: Path) -> None:
@@ -106,31 +150,69 @@ def test_results_of_another_study_are_refused_and_the_difference_named(study: St
     shorter = replace(study, scenarios=(study.scenarios[0].resized(n_episodes=7),))
     with pytest.raises(OutputConflictError, match=r"scenarios.dyna-maze.episodes is 20 there and 7 now"):
         Store(tmp_path, shorter)
-    other = replace(study, scenarios=(replace(study.scenarios[0], name="robot-rescue"),))
-    with pytest.raises(OutputConflictError, match=r"\(scenarios.robot-rescue is not there and in this one\)"):
+    first = study.scenarios[0].variants[0]
+    changed = replace(first, parameters={**first.parameters, "alpha": 0.5})
+    other = replace(study, scenarios=(replace(study.scenarios[0], variants=(changed,)),))
+    with pytest.raises(OutputConflictError, match=r"variants.dyna-h.parameters.alpha is 0.1 there and 0.5 now"):
         Store(tmp_path, other)
-    assert Store(tmp_path, shorter, overwrite=True).finished() == set()
+    with Store(tmp_path, shorter, overwrite=True) as store:
+        assert store.finished() == set()
     assert not (tmp_path / "runs.parquet").exists()
+    assert not list(tmp_path.glob("parts/*"))
 
 
 def test_overwrite_still_reuses_the_same_study(study: Study, tmp_path: Path) -> None:
     run_study(study, tmp_path, workers=1)
-    assert len(Store(tmp_path, study, overwrite=True).finished()) == 4
+    with Store(tmp_path, study, overwrite=True) as store:
+        assert len(store.finished()) == 20
 
 
-def test_other_code_is_another_study(study: Study, tmp_path: Path) -> None:
-    run_study(study, tmp_path, workers=1)
-    held = json.loads((tmp_path / "study.json").read_text())
-    held["versions"]["numpy"] = "1.0"
-    (tmp_path / "study.json").write_text(json.dumps(held))
-    with pytest.raises(OutputConflictError, match=r'versions.numpy is "1.0" there'):
-        Store(tmp_path, study)
+def test_runs_of_other_code_are_neither_mixed_nor_played_again_unasked(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small = Study((replace(study.scenarios[0], n_instances=1, n_runs=1, variants=study.scenarios[0].variants[:2]),), 3)
+    real = run_code
+
+    def of_then(scenario: Scenario, variant: Variant) -> dict[str, str]:
+        return real(scenario, variant) | {"numpy": "1.0", "tuckerl.learners.dyna_h": "0"}
+
+    with monkeypatch.context() as then:
+        then.setattr("tuckerl.studies.store.run_code", of_then)
+        run_study(small, tmp_path, workers=1)
+    with pytest.raises(
+        OutputConflictError,
+        match=r"2 of the study's runs as other code has played them \(numpy 1.0 there and .* now; changed code of "
+        r"tuckerl.learners.dyna_h\): keep them with --accept-code, or play them again with --overwrite",
+    ):
+        run_study(small, tmp_path, workers=1)
+    with Store(tmp_path, small, accept_code=True) as kept:
+        assert len(kept.finished()) == 2
+    with pytest.raises(ParameterError, match="give one of the two"):
+        Store(tmp_path, small, accept_code=True, overwrite=True)
+    run_study(small, tmp_path, workers=1, overwrite=True)
+    with Store(tmp_path, small) as again:
+        assert len(again.finished()) == 2, "played again by today's code"
 
 
-@pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe"])
+def test_an_edit_elsewhere_leaves_finished_runs_as_they_are(study: Study) -> None:
+    code = run_code(study.scenarios[0], study.scenarios[0].variants[0])
+    assert {"tuckerl.learners.dyna_h", "tuckerl.training.loop", "tuckerl.studies.playing", "numpy"} <= set(code)
+    assert not [name for name in code if name.startswith(("tuckerl.reports", "tuckerl.cli"))]
+    assert "tuckerl.learners.team_q" not in code
+    assert "tuckerl.studies.workers" not in code
+    assert not changes(code, code)
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe", b"[]", b"{}"])
 def test_an_unreadable_specification_is_refused(study: Study, tmp_path: Path, content: bytes) -> None:
     (tmp_path / "study.json").write_bytes(content)
     with pytest.raises(OutputConflictError, match="cannot be read"):
+        Store(tmp_path, study)
+
+
+def test_results_of_an_older_version_are_refused(study: Study, tmp_path: Path) -> None:
+    (tmp_path / "study.json").write_text('{"format": 1, "seed": 3, "scenarios": {}}')
+    with pytest.raises(OutputConflictError, match=r"in format 1 and not 2\).*--overwrite"):
         Store(tmp_path, study)
 
 
@@ -141,29 +223,124 @@ def test_results_without_a_specification_are_refused(study: Study, tmp_path: Pat
     assert (tmp_path / "runs.parquet").read_bytes() == b"somebody's"
 
 
-def test_damaged_results_are_said(study: Study, tmp_path: Path) -> None:
-    run_study(study, tmp_path, workers=1)
-    for name in ("runs", "times"):
-        path = tmp_path / f"{name}.parquet"
-        whole = path.read_bytes()
-        flipped = bytearray(whole)
-        flipped[len(whole) // 3] ^= 64  # which Parquet itself does not notice, perhaps
-        for damaged in (whole[: len(whole) // 2], bytes(flipped)):
-            path.write_bytes(damaged)
-            with pytest.raises(SavedFileError, match=rf"{name}.parquet is damaged: .*--overwrite"):
-                Store(tmp_path, study)
-        path.write_bytes(whole)
-    assert len(Store(tmp_path, study).finished()) == 4
+def tiny(study: Study, n_runs: int = 2) -> Study:
+    scenario = study.scenarios[0]
+    return Study((replace(scenario, n_instances=1, n_runs=n_runs, n_episodes=5, variants=scenario.variants[:2]),), 3)
 
 
-def test_tables_without_their_digests_are_not_believed(study: Study, tmp_path: Path) -> None:
-    run_study(study, tmp_path, workers=1)
-    for content in (b"", b"[]", b"{}", b'{"runs": 3}'):
-        (tmp_path / "digests.json").write_bytes(content)
-        with pytest.raises(SavedFileError, match="is damaged"):
-            Store(tmp_path, study)
-    Store(tmp_path, study, overwrite=True)
-    assert not (tmp_path / "digests.json").exists()
+def one_by_one(study: Study, folder: Path) -> None:
+    """Store each run in a part of its own."""
+    with Store(folder, study) as store:
+        for run in store.missing():
+            store.add([Played(run, play_run(study, run))])
+
+
+@pytest.mark.parametrize("damage", ["a bit", "cut short", "empty", "another's name", "gone"])
+def test_what_is_damaged_is_set_aside_and_played_again(study: Study, tmp_path: Path, damage: str) -> None:
+    small = tiny(study)
+    one_by_one(small, tmp_path / "damaged")
+    run_study(small, tmp_path / "straight", workers=1)
+    first, second, *_ = sorted((tmp_path / "damaged" / "parts").iterdir())
+    content = bytearray(first.read_bytes())
+    content[len(content) // 3] ^= 64
+    if damage == "gone":
+        first.unlink()
+    else:
+        whole = {"a bit": bytes(content), "cut short": bytes(content[:100]), "empty": b""}
+        first.write_bytes(whole.get(damage, second.read_bytes()))
+    if damage == "gone":
+        run_study(small, tmp_path / "damaged", workers=1)
+    else:
+        with pytest.warns(
+            DamagedResultsWarning, match=r"is damaged and was set aside as .*\.damaged: the runs in it are"
+        ):
+            run_study(small, tmp_path / "damaged", workers=1)
+        assert len(list((tmp_path / "damaged" / "parts").glob("*.damaged"))) == 1
+    for name in FILES:
+        assert (tmp_path / "damaged" / name).read_bytes() == (tmp_path / "straight" / name).read_bytes()
+
+
+def test_tables_that_were_changed_are_made_anew(study: Study, tmp_path: Path) -> None:
+    small = tiny(study)
+    run_study(small, tmp_path, workers=1)
+    whole = (tmp_path / "runs.parquet").read_bytes()
+    for wrong in (whole[:-1], whole + b"0", None):
+        if wrong is None:
+            (tmp_path / "runs.parquet").unlink()
+        else:
+            (tmp_path / "runs.parquet").write_bytes(wrong)
+        run_study(small, tmp_path, workers=1)
+        assert (tmp_path / "runs.parquet").read_bytes() == whole
+
+
+def test_many_small_parts_become_one(study: Study, tmp_path: Path) -> None:
+    small = tiny(study, n_runs=20)
+    one_by_one(small, tmp_path / "many")
+    assert len(list((tmp_path / "many" / "parts").iterdir())) == 40
+    run_study(small, tmp_path / "many", workers=1)
+    assert len(list((tmp_path / "many" / "parts").iterdir())) == 1
+    with Store(tmp_path / "many", small) as store:
+        assert store.missing() == []
+    run_study(small, tmp_path / "straight", workers=1)
+    for name in FILES:
+        assert (tmp_path / "many" / name).read_bytes() == (tmp_path / "straight" / name).read_bytes()
+
+
+def test_a_folder_is_one_process_at_a_time(study: Study, tmp_path: Path) -> None:
+    with Store(tmp_path, study), pytest.raises(OutputConflictError, match="is in use by process"):
+        Store(tmp_path, study)
+    Store(tmp_path, study).close()
+
+
+def failing_problem(instance: int) -> Any:
+    if instance == 1:
+        raise ZeroDivisionError("no such maze")
+    return sutton_maze()
+
+
+def test_a_run_that_fails_is_recorded_and_the_study_goes_on(study: Study, tmp_path: Path) -> None:
+    scenario = replace(study.scenarios[0], n_runs=1, n_episodes=5, variants=study.scenarios[0].variants[:2])
+    broken = Study((replace(scenario, problem=failing_problem),), 3)
+    for _ in range(2):
+        with pytest.warns(
+            FailedRunsWarning, match=r"2 runs ended with an error .* ZeroDivisionError: no such maze; the"
+        ):
+            tables = run_study(broken, tmp_path, workers=1)
+        assert set(tables.runs["instance"]) == {0}
+        assert len(list((tmp_path / "failures").iterdir())) == 2
+        assert all("Traceback" in path.read_text() for path in (tmp_path / "failures").iterdir())
+    with Store(tmp_path, Study((scenario,), 3), accept_code=True) as store:
+        assert len(store.failures()) == 2
+    run_study(Study((scenario,), 3), tmp_path, workers=1, accept_code=True)
+    assert not list((tmp_path / "failures").iterdir())
+
+
+def test_a_long_run_goes_on_from_its_checkpoint(study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small = tiny(study)
+    run = all_runs(small)[-1]  # of no recorded paths
+    whole = play_run(small, run)
+    monkeypatch.setattr(checkpoints, "SECONDS_BETWEEN", 0.0)
+    learn, n = DynaH.learn, 0
+
+    def learn_twice(self: DynaH, **given: Any) -> DynaH:
+        nonlocal n
+        n += 1
+        if n == 2:
+            raise KeyboardInterrupt
+        return learn(self, **given)
+
+    path = tmp_path / "run.tuckerl"
+    with monkeypatch.context() as broken:
+        broken.setattr(DynaH, "learn", learn_twice)
+        with pytest.raises(KeyboardInterrupt):
+            play_run(small, run, path)
+    assert path.exists()
+    again = play_run(small, run, path)
+    assert again.runs.equals(whole.runs)
+    assert again.weights.equals(whole.weights)
+    assert again.times["seconds"][0] > 0
+    path.write_bytes(b"cut short")
+    assert play_run(small, run, path).runs.equals(whole.runs)
 
 
 def test_a_folder_that_cannot_be_made_is_said(study: Study, tmp_path: Path) -> None:
@@ -194,7 +371,7 @@ def test_a_diverged_run_keeps_its_rows(study: Study) -> None:
     scenario = study.scenarios[0]
     # A heuristic cannot make it diverge; rewards near the largest float do.
     wild = replace(scenario, problem=wild_problem, variants=scenario.variants[:1])
-    tables = play_task(Study((wild,), 0), Task(0, 0, 0))
+    tables = play_run(Study((wild,), 0), Run(wild.name, "dyna-h", 0, 0))
     runs = tables.runs
     assert runs.height == 20
     assert runs["diverged"].any()
@@ -202,52 +379,30 @@ def test_a_diverged_run_keeps_its_rows(study: Study) -> None:
     assert runs["steps"][:first].null_count() == 0
     assert runs["steps"][first:].null_count() == runs["return"][first:].null_count() == 20 - first
     assert runs["diverged"][first:].all()
-    assert dict(runs.schema) == SCHEMAS["runs"]
+    assert dict(runs.schema) == ROWS["runs"]
 
 
 def test_overwriting_leaves_nothing_of_the_other_study(study: Study, tmp_path: Path) -> None:
-    run_study(study, tmp_path, workers=1)
+    run_study(tiny(study), tmp_path, workers=1)
     (tmp_path / "figures").mkdir()
     shown = [tmp_path / name for name in ("claims.json", "compare.json", "report.html", "figures/fig11.svg")]
     for path in shown:
         path.write_text("of the other study")
-    Store(tmp_path, replace(study, seed=4), overwrite=True)
+    Store(tmp_path, replace(study, seed=4), overwrite=True).close()
     assert not any(path.exists() for path in shown)
-
-
-def test_damaged_results_can_be_overwritten(study: Study, tmp_path: Path) -> None:
-    run_study(study, tmp_path, workers=1)
-    (tmp_path / "runs.parquet").write_bytes(b"cut short")
-    assert Store(tmp_path, study, overwrite=True).finished() == set()
 
 
 def test_a_folder_in_the_way_of_a_file_is_said(study: Study, tmp_path: Path) -> None:
     (tmp_path / "runs.parquet").mkdir()
     with pytest.raises(OutputError, match="cannot use the folder"):
         Store(tmp_path, study, overwrite=True)
+    assert not (tmp_path / ".lock").exists()
 
 
 def test_times_hold_the_steps_part(study: Study) -> None:
-    times = play_task(study, Task(0, 0, 0)).times
+    times = first_runs(study).times
     plain = times.filter(pl.col("variant").is_in(["dyna-h"]))
     assert plain["tensor_step_seconds"].to_list() == [0.0]
     stepped = times.filter(pl.col("variant").str.starts_with("dyna-ht"))
     assert (stepped["tensor_step_seconds"] > 0).all()
     assert (stepped["tensor_step_seconds"] < stepped["seconds"]).all()
-
-
-def test_runs_are_written_after_all_that_belongs_to_them(
-    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    written: list[str] = []
-
-    def write(path: Path, data: bytes) -> None:
-        written.append(path.name)
-        write_whole(path, data)
-
-    monkeypatch.setattr(store, "write_whole", write)
-    run_study(study, tmp_path, workers=1)
-    tables = [name for name in written if name.endswith(".parquet")]
-    assert len(tables) >= 4
-    for i, name in enumerate(tables):  # a kill after any of these leaves no task that is said to be finished and is not
-        assert (name == "runs.parquet") == (i % 4 == 3)

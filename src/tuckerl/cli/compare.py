@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from tuckerl.cli.options import EnvSettings, OverwriteStudy, Seed, Workers
+from tuckerl.cli.options import AcceptCode, EnvSettings, OverwriteStudy, Seed, Workers
 
 
 def compare(
@@ -33,6 +33,7 @@ def compare(
     seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for the results. Default: one in results/compare.")] = None,
     overwrite: OverwriteStudy = False,
+    accept_code: AcceptCode = False,
 ) -> None:
     """Compare two algorithms on an environment; write report.html, a figure, compare.json and runs.parquet.
 
@@ -55,7 +56,9 @@ def compare(
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
     workers = default_workers() if workers is None else workers
     with compiling_said(), progress_bar("runs") as progress:
-        tables = run_study(comparison.study, folder, workers=workers, overwrite=overwrite, progress=progress)
+        tables = run_study(
+            comparison.study, folder, workers=workers, overwrite=overwrite, accept_code=accept_code, progress=progress
+        )
     result = summarise_comparison(comparison, tables)
     report = write_comparison(result, folder)
     typer.echo(outcome(result))

@@ -16,4 +16,12 @@ EnvSettings = Annotated[
     list[str] | None,
     typer.Option("--env-set", metavar="NAME=VALUE", help="A keyword of the environment; may be repeated."),
 ]
-OverwriteStudy = Annotated[bool, typer.Option("--overwrite", help="Replace another study's results in the folder.")]
+OverwriteStudy = Annotated[
+    bool,
+    typer.Option(
+        "--overwrite", help="Replace another study's results in the folder, and play runs of other code again."
+    ),
+]
+AcceptCode = Annotated[
+    bool, typer.Option("--accept-code", help="Keep finished runs that other code, or other versions, have played.")
+]

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from tuckerl.cli.options import OverwriteStudy, Seed, Workers
+from tuckerl.cli.options import AcceptCode, OverwriteStudy, Seed, Workers
 
 
 def reproduce(
@@ -22,6 +22,7 @@ def reproduce(
         bool, typer.Option("--sensitivity", help="Test the claims under other readings of the paper, too.")
     ] = False,
     overwrite: OverwriteStudy = False,
+    accept_code: AcceptCode = False,
 ) -> None:
     """Run the paper's experiments; write report.html, figures, claims.json and runs.parquet.
 
@@ -33,18 +34,20 @@ def reproduce(
     from tuckerl.reports.report import write_report
     from tuckerl.studies.ablation import ablation_study, ablations
     from tuckerl.studies.reproduce import run_study
-    from tuckerl.studies.runner import StudyTables
     from tuckerl.studies.scenarios import QUICK_RUNS, scenario_study
     from tuckerl.studies.sensitivity import Sensitivity, estimated_seconds, sensitivity_study, summarise_sensitivity
     from tuckerl.studies.study import Study
     from tuckerl.studies.summary import summarise
+    from tuckerl.studies.tables import StudyTables
 
     folder = out or Path("results") / ("quick" if quick else "paper")
     workers = default_workers() if workers is None else workers
 
     def play(part: Study, where: Path, label: str) -> StudyTables:
         with compiling_said(), progress_bar(label) as progress:
-            return run_study(part, where, workers=workers, overwrite=overwrite, progress=progress)
+            return run_study(
+                part, where, workers=workers, overwrite=overwrite, accept_code=accept_code, progress=progress
+            )
 
     study = scenario_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)
     tables = play(study, folder, "runs")

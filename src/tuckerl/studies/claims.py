@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from tuckerl.studies.runner import StudyTables
 from tuckerl.studies.scenarios import SCENARIOS
 from tuckerl.studies.statistics import NO_DIFFERENCE, Difference, compare_with_control, json_number, json_numbers
 from tuckerl.studies.study import Scenario, Study
+from tuckerl.studies.tables import StudyTables
 
 MOST_TIME = 1.5  # times the base's processor time is no big computational load
 

@@ -65,6 +65,8 @@ class FolderLock:
                 self._lock(file)
                 with suppress(FileNotFoundError):
                     if os.path.samestat(os.fstat(file), self._path.stat()):
+                        os.truncate(file, 0)
+                        os.write(file, str(os.getpid()).encode())
                         return file
             except BaseException:
                 os.close(file)
@@ -77,9 +79,10 @@ class FolderLock:
         except OSError as error:
             if error.errno not in _TAKEN:
                 raise
+            holder = os.pread(file, 20, 0).decode(errors="replace") if hasattr(os, "pread") else ""
+            who = f"process {holder}" if holder else "another process"
             raise OutputConflictError(
-                f"{self._folder} is in use by another tuckerl train: wait for its end, or choose another folder with "
-                "--out"
+                f"{self._folder} is in use by {who}: wait for its end, or choose another folder with --out"
             ) from error
 
     def release(self) -> None:

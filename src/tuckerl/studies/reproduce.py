@@ -6,48 +6,80 @@ from contextlib import closing
 from pathlib import Path
 
 from tuckerl.checks import check_int
-from tuckerl.studies.runner import StudyTables, all_tasks, play_tasks
+from tuckerl.errors import FailedRunsWarning, warn
+from tuckerl.studies.runs import Run
 from tuckerl.studies.store import Store
 from tuckerl.studies.study import Study
+from tuckerl.studies.tables import StudyTables
+from tuckerl.studies.workers import Played, Task, play_tasks, tasks_of
 
-SECONDS_BETWEEN_WRITES = 10.0
-WRITES_SHARE = 0.05  # of the time, at most: all tables are written anew every time
+_SECONDS_BETWEEN_WRITES = 0.5
+_WRITES_SHARE = 0.05  # of the time, at most
 
 Progress = Callable[[int, int], None]
-"""Called with the number of tasks finished and of all tasks."""
+"""Called with the number of runs that are finished and stored, and of all runs."""
 
 
 def run_study(
-    study: Study, folder: Path, *, workers: int, overwrite: bool = False, progress: Progress | None = None
+    study: Study,
+    folder: Path,
+    *,
+    workers: int,
+    overwrite: bool = False,
+    accept_code: bool = False,
+    progress: Progress | None = None,
 ) -> StudyTables:
     """Play what is missing of a study in a folder and return all its tables.
 
-    An interrupt keeps every finished task: calling again goes on from there.
+    An interrupt, and a kill, keep every finished run: calling again goes on from there. A run that ends with an error
+    is recorded with its traceback, in the folder ``failures``, and the study goes on.
 
     Raises
     ------
     OutputError, OutputConflictError
-        If the folder cannot be written, or holds another study's results and `overwrite` is False.
+        If the folder cannot be written, is in use, or holds another study's results, or runs that other code has
+        played, and neither `overwrite` nor `accept_code` says what to do with them.
     """
     workers = check_int("workers", workers, 1)
-    store = Store(folder, study, overwrite=overwrite)
-    tasks, finished = all_tasks(study), store.finished()
-    waiting: list[StudyTables] = []
-    due = time.monotonic() + SECONDS_BETWEEN_WRITES
-    report = progress or (lambda done, total: None)
-    report(len(finished), len(tasks))
-    missing = [task for task in tasks if task not in finished]
+    with Store(folder, study, overwrite=overwrite, accept_code=accept_code) as store:
+        missing = store.missing()
+        _play(store, tasks_of(missing, store.checkpoints(missing)), workers, progress or (lambda done, total: None))
+        _tell_of(store.failures())
+        return store.write_tables()
+
+
+def _tell_of(failures: dict[Run, Path]) -> None:
+    """Warn of runs that ended with an error."""
+    if failures:
+        run, path = next(iter(failures.items()))
+        last = path.read_text("utf-8").strip().rpartition("\n")[2]
+        warn(
+            f"{len(failures)} runs ended with an error and are left out, such as {run.variant} in {run.scenario}, run "
+            f"{run.run}: {last}; the tracebacks are in {path.parent}, and the same command plays them again",
+            FailedRunsWarning,
+        )
+
+
+def _play(store: Store, tasks: list[Task], workers: int, progress: Progress) -> None:
+    """Play the tasks, store what they leave, and say so when it is stored."""
+    done = len(store.finished())
+    total = done + sum(len(task.runs) for task in tasks)
+    waiting: list[Played] = []
+    due = time.monotonic()
+    progress(done, total)
     try:
-        with closing(play_tasks(study, missing, workers)) as played:
-            for done, (_, tables) in enumerate(played, len(finished) + 1):
-                waiting.append(tables)
-                report(done, len(tasks))
-                if time.monotonic() > due:
-                    begun = time.monotonic()
+        with closing(play_tasks(store.study, tasks, workers)) as played:
+            for results in played:
+                waiting += results
+                begun = time.monotonic()
+                if begun > due:
                     store.add(waiting)
-                    waiting, now = [], time.monotonic()
-                    due = now + max(SECONDS_BETWEEN_WRITES, (now - begun) / WRITES_SHARE)
+                    done += sum(one.tables is not None for one in waiting)
+                    waiting = []
+                    progress(done, total)
+                    now = time.monotonic()
+                    due = now + max(_SECONDS_BETWEEN_WRITES, (now - begun) / _WRITES_SHARE)
     finally:
         if waiting:
             store.add(waiting)
-    return store.tables
+            progress(done + sum(one.tables is not None for one in waiting), total)

@@ -154,6 +154,10 @@ class Scenario:
     is_of_paper: bool = False  # whether the paper's claims about all of its scenarios are judged on it
     environment: Mapping[str, Any] = field(default_factory=dict)  # as JSON, where the scenario's name does not tell it
 
+    def variant(self, name: str) -> Variant:
+        """Return the variant of this name."""
+        return next(variant for variant in self.variants if variant.name == name)
+
     def specification(self) -> dict[str, Any]:
         """Return all that decides the scenario's results, as JSON."""
         environment = {"environment": dict(self.environment)} if self.environment else {}
@@ -199,6 +203,10 @@ class Study:
             "seed": self.seed,
             "scenarios": {scenario.name: scenario.specification() for scenario in self.scenarios},
         }
+
+    def scenario(self, name: str) -> Scenario:
+        """Return the scenario of this name."""
+        return next(scenario for scenario in self.scenarios if scenario.name == name)
 
     def run_seed(self, scenario: Scenario, instance: int, run: int) -> np.random.SeedSequence:
         """Return the seed of a run: equal for all variants, which pairs them."""

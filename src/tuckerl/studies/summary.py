@@ -7,9 +7,9 @@ import numpy as np
 import polars as pl
 
 from tuckerl.studies.claims import Claim, judge_claims
-from tuckerl.studies.runner import StudyTables
 from tuckerl.studies.statistics import MEASURES, Band, Measure, mean_band
 from tuckerl.studies.study import Scenario, Study
+from tuckerl.studies.tables import StudyTables
 from tuckerl.types import FloatArray, IntArray
 
 

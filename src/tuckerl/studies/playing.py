@@ -1,0 +1,139 @@
+"""Playing a run: a variant's learner learns on an instance of a scenario, and what came out goes into tables."""
+
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from tuckerl.adapters.resolve import AdapterOptions, Environment, as_problem
+from tuckerl.errors import DecompositionWarning, DivergenceWarning, RankWarning, ZeroWeightWarning
+from tuckerl.studies.checkpoints import Spent, learned
+from tuckerl.studies.runs import Run, is_recorded
+from tuckerl.studies.study import Scenario, Study, Variant
+from tuckerl.studies.tables import ROWS, StudyTables
+from tuckerl.training.learner import Learner
+from tuckerl.types import IntArray
+
+
+@contextmanager
+def _without_warnings() -> Iterator[None]:
+    """Silence what the tables record anyway: clipped ranks, weights of 0, windows without factors, diverged runs."""
+    with warnings.catch_warnings():
+        for category in (RankWarning, ZeroWeightWarning, DecompositionWarning, DivergenceWarning):
+            warnings.simplefilter("ignore", category)
+        yield
+
+
+def warm_up(study: Study) -> None:
+    """Compile what the study needs, or fetch it from the cache on disk: play every kind of variant for a window."""
+    for scenario in study.scenarios:
+        kinds = {(variant.learner, variant.tensor_step is None): variant for variant in scenario.variants}
+        for variant in kinds.values():
+            learner = variant.make(_environment(scenario, variant, 0), study.run_seed(scenario, 0, 0))
+            with _without_warnings():
+                learner.learn(episodes=1 if variant.tensor_step is None else variant.tensor_step.every)
+
+
+def _environment(scenario: Scenario, variant: Variant, instance: int) -> Environment:
+    """Return what a variant's learner is to play."""
+    options = variant.learner.adapter_options(variant.parameters)
+    if options.bins is not None:  # not always hashable, and only needed where each learner makes its own
+        return scenario.problem(instance)
+    return _resolved(scenario.problem, instance, options)
+
+
+@lru_cache(maxsize=64)
+def _resolved(make: Callable[[int], Environment], instance: int, options: AdapterOptions) -> Environment:
+    """Return the arrays or compiled functions, which all learners of a process share; or else the environment.
+
+    An environment in Python has a state of its own, so each learner makes one for itself.
+    """
+    env = make(instance)
+    problem = as_problem(env, options)
+    return problem if problem.is_compiled else env
+
+
+def play_run(study: Study, run: Run, checkpoint: Path | None = None) -> StudyTables:
+    """Play a run and return what it leaves.
+
+    Parameters
+    ----------
+    study : Study
+    run : Run
+    checkpoint : Path, optional
+        Where a run that takes long keeps what it has, and from where it goes on, to the same bits. Deleting it when the
+        run is stored is the caller's.
+    """
+    scenario = study.scenario(run.scenario)
+    variant = scenario.variant(run.variant)
+    environment = _environment(scenario, variant, run.instance)
+    seed = study.run_seed(scenario, run.instance, run.run)
+    paths: list[IntArray] = []
+    before = time.process_time()  # kernels run in threads of their own
+    with _without_warnings():
+        if is_recorded(scenario, variant, run.instance, run.run):
+            learner = variant.make(environment, seed)
+            paths = _learn_with_paths(learner, scenario.n_episodes)
+            spent = Spent(0.0, 0.0)
+        else:
+            make = partial(variant.make, environment, seed)
+            learner, spent = learned(make, environment, scenario.n_episodes, checkpoint)
+    seconds = time.process_time() - before
+    return StudyTables(
+        _runs_frame(learner, scenario.n_episodes),
+        _weights_frame(learner),
+        _paths_frame(paths),
+        _frame(
+            "times",
+            agents=[variant.n_agents],
+            seconds=[seconds + spent.seconds],
+            tensor_step_seconds=[learner.tensor_step_seconds + spent.tensor_step_seconds],
+        ),
+    )
+
+
+def _learn_with_paths(learner: Learner, episodes: int) -> list[IntArray]:
+    """Learn as ever, and return the states of each agent's shortest episode (the first of them)."""
+    best: list[IntArray] = []
+    for _ in range(episodes):
+        learner.learn(episodes=1)
+        if learner.diverged_at is not None:
+            break
+        latest = learner.trajectories
+        best = [min(pair, key=len) for pair in zip(best, latest, strict=True)] if best else list(latest)
+    return best
+
+
+def _frame(kind: str, **columns: Any) -> pl.DataFrame:
+    return pl.DataFrame(columns).select(*ROWS[kind]).cast(ROWS[kind])
+
+
+def _runs_frame(learner: Learner, n_episodes: int) -> pl.DataFrame:
+    agent, episode = np.indices((learner.n_agents, n_episodes)).reshape(2, -1)
+    wanted = pl.DataFrame({"agent": agent, "episode": episode})
+    played = wanted.join(learner.to_frame(), on=["agent", "episode"], how="left", maintain_order="left")
+    return _frame("runs", **played.with_columns(diverged=pl.col("steps").is_null()).to_dict())
+
+
+def _weights_frame(learner: Learner) -> pl.DataFrame:
+    history = learner.tensor_step_history
+    n_windows, n_actions = history.weights.shape
+    return _frame(
+        "weights",
+        episode=np.repeat(history.episode, n_actions),
+        action=np.tile(np.arange(n_actions), n_windows),
+        weight=history.weights.ravel(),
+        chosen=np.repeat(history.chosen, n_actions),
+        fit=np.repeat(history.fit, n_actions),
+    )
+
+
+def _paths_frame(paths: list[IntArray]) -> pl.DataFrame:
+    rows = [(agent, step, state) for agent, path in enumerate(paths) for step, state in enumerate(path.tolist())]
+    return _frame("paths", **pl.DataFrame(rows, ("agent", "step", "state"), orient="row").to_dict())
