@@ -6,13 +6,13 @@ from pathlib import Path
 
 import polars as pl
 import pytest
+from tuckerl.studies.runner import SCHEMAS, StudyTables
 
 import tuckerl
 from tests.reports.test_report import LOADING, Page
 from tests.studies.study_texts import LAKE, changed
 from tuckerl.errors import OutputConflictError, ParameterError, UnknownNameError
 from tuckerl.reports.study_page import outcome
-from tuckerl.studies.runner import SCHEMAS, StudyTables
 from tuckerl.studies.statistics import MEASURES
 from tuckerl.studies.study import Variant
 from tuckerl.studies.study_result import MOST_CURVES, summarise_study

@@ -21,7 +21,7 @@ from tuckerl.errors import (
     UnknownNameError,
 )
 from tuckerl.generalization.tensor_step import TensorStep
-from tuckerl.studies import runner
+from tuckerl.studies import playing
 from tuckerl.studies.comparison import ComparisonConfig, comparison_study
 from tuckerl.studies.environments import environment_specification, listed_environments
 from tuckerl.studies.reproduce import run_study
@@ -103,13 +103,13 @@ def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(tmp_path: Path
     made = small_comparison(n_runs=3)
 
     def interrupt(done: int, total: int) -> None:
-        if done == 2:
+        if done >= 2:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         run_study(made.study, tmp_path / "halting", workers=1, progress=interrupt)
     with Store(tmp_path / "halting", made.study) as store:
-        assert 2 <= len(store.finished()) < 9
+        assert 2 <= len(store.finished()) < 6
     again = small_comparison(n_runs=3)  # another process would make it anew, too
     run_study(again.study, tmp_path / "halting", workers=1)
     run_study(made.study, tmp_path / "straight", workers=1)
@@ -118,7 +118,7 @@ def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(tmp_path: Path
 
 
 def test_another_environment_is_another_study(tmp_path: Path) -> None:
-    Store(tmp_path, small_comparison().study)
+    Store(tmp_path, small_comparison().study).close()
     other = small_comparison(keywords=SMALL | {"maze_seed": 1})
     with pytest.raises(OutputConflictError, match="maze_seed"):
         Store(tmp_path, other.study)
@@ -138,10 +138,10 @@ def test_a_study_can_be_sent_to_another_process() -> None:
 def test_compiled_problems_are_made_once_and_others_by_each_learner(monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = small_comparison().scenario
     base, candidate, _ = scenario.variants
-    assert runner._environment(scenario, base, 0) is runner._environment(scenario, candidate, 0)
+    assert playing._environment(scenario, base, 0) is playing._environment(scenario, candidate, 0)
     other = small_comparison().scenario
-    monkeypatch.setattr(runner, "as_problem", lambda env, options: as_problem(env, replace(options, compiled=False)))
-    env = runner._environment(other, base, 0)
+    monkeypatch.setattr(playing, "as_problem", lambda env, options: as_problem(env, replace(options, compiled=False)))
+    env = playing._environment(other, base, 0)
     assert isinstance(env, partial)
     assert env().spec.id == MAZE
 

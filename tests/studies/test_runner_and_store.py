@@ -104,11 +104,11 @@ def test_finished_results_are_not_run_again(study: Study, tmp_path: Path) -> Non
     assert sorted(tmp_path.glob("parts/*")) == parts
 
 
-def played(study: Study, folder: Path) -> list[Run]:
+def played(study: Study, folder: Path, *, overwrite: bool = False) -> list[Run]:
     """Run a study, and return which of its runs were not there before."""
-    with Store(folder, study) as store:
+    with Store(folder, study, overwrite=overwrite) as store:
         missing = store.missing()
-    run_study(study, folder, workers=1)
+    run_study(study, folder, workers=1, overwrite=overwrite)
     return missing
 
 
@@ -124,7 +124,17 @@ def test_a_study_grows_and_shrinks_and_nothing_is_played_twice(study: Study, tmp
     other = replace(small, name="another", number=2**40)
     assert {run.scenario for run in played(Study((other, more), 3), tmp_path)} == {"another"}
     before = pl.read_parquet(tmp_path / "runs.parquet").filter(scenario="dyna-maze", run=0)
-    assert played(Study((small,), 3), tmp_path) == [], "what it no longer has stays in parts"
+    for smaller, message in (
+        ((small,), r"scenarios.another is there and not in this one"),
+        ((small, other), r"scenarios.dyna-maze.runs is 2 there and 1 now"),
+        (
+            (replace(more, variants=more.variants[1:]), other),
+            r"scenarios.dyna-maze.variants.dyna-h is there and not in",
+        ),
+    ):
+        with pytest.raises(OutputConflictError, match=message):
+            Store(tmp_path, Study(smaller, 3))
+    assert played(Study((small,), 3), tmp_path, overwrite=True) == [], "what it no longer has stays in parts"
     only = [variant.name for variant in small.variants]
     assert pl.read_parquet(tmp_path / "runs.parquet").equals(before.filter(pl.col("variant").is_in(only)))
     assert played(Study((more, other), 3), tmp_path) == []
@@ -158,7 +168,7 @@ def test_results_of_another_study_are_refused_and_the_difference_named(study: St
     with Store(tmp_path, shorter, overwrite=True) as store:
         assert store.finished() == set()
     assert not (tmp_path / "runs.parquet").exists()
-    assert not list(tmp_path.glob("parts/*"))
+    assert len(played(study, tmp_path, overwrite=True)) == 0, "what was finished is never lost"
 
 
 def test_overwrite_still_reuses_the_same_study(study: Study, tmp_path: Path) -> None:
@@ -192,6 +202,10 @@ def test_runs_of_other_code_are_neither_mixed_nor_played_again_unasked(
     run_study(small, tmp_path, workers=1, overwrite=True)
     with Store(tmp_path, small) as again:
         assert len(again.finished()) == 2, "played again by today's code"
+    with monkeypatch.context() as then:
+        then.setattr("tuckerl.studies.store.run_code", of_then)
+        with Store(tmp_path, small) as old:
+            assert len(old.finished()) == 2, "and what the other code has played is still there"
 
 
 def test_an_edit_elsewhere_leaves_finished_runs_as_they_are(study: Study) -> None:

@@ -10,10 +10,10 @@ from tuckerl.adapters.resolve import Agents
 from tuckerl.studies.comparison import ComparisonStudy
 from tuckerl.studies.environments import has_several_agents
 from tuckerl.studies.estimates import Estimate, Reached
-from tuckerl.studies.tables import StudyTables
 from tuckerl.studies.statistics import MEASURES, Difference, Measure, compare_with_control, json_numbers
 from tuckerl.studies.study import Comparison, Variant
 from tuckerl.studies.summary import Curve
+from tuckerl.studies.tables import StudyTables
 from tuckerl.studies.variants import why_no_control
 from tuckerl.types import IntArray
 

@@ -6,6 +6,7 @@ registers, which name all that there is, are not followed.
 """
 
 import hashlib
+import json
 import platform
 import re
 import sys
@@ -44,8 +45,13 @@ def executed_code(roots: Iterable[str]) -> dict[str, str]:
         found.add(module)
         if module not in _REGISTERS and module.split(".")[0] == _PACKAGE:
             waiting += _imported(module)
-    digests = {module: _digest(module) for module in sorted(found - _REGISTERS)}
-    return digests | _versions()
+    return {_name(module): _digest(module) for module in sorted(found - _REGISTERS)} | _versions()
+
+
+def _name(module: str) -> str:
+    """Return a module's name; of a user's own the file's, as the program that is started is always "__main__"."""
+    source = _source(module)
+    return module if source is None or module.split(".")[0] == _PACKAGE else source.name
 
 
 @cache
@@ -83,6 +89,11 @@ def _imported(module: str) -> set[str]:
     for home, imported in _FROM.findall(text):
         names |= {home, *(f"{home}.{name}" for name in _NAME.findall(imported))}
     return names
+
+
+def code_digest(code: dict[str, str]) -> str:
+    """Return what tells this code from any other, 16 hexadecimal digits."""
+    return hashlib.sha256(json.dumps(code, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def changes(there: dict[str, Any], here: dict[str, Any]) -> list[str]:

@@ -10,18 +10,23 @@ import io
 import json
 import zipfile
 from collections.abc import Iterable, Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import polars as pl
 
 from tuckerl.errors import DamagedResultsWarning, warn
 from tuckerl.files import make_folder, write_whole
 from tuckerl.studies.runs import Run
 from tuckerl.studies.tables import ROWS, StudyTables
+from tuckerl.types import IntArray
 
 _SUFFIX, _ASIDE = ".part", ".damaged"
 _OF = "of"  # the column that says of which of a part's runs a row is
+LOCATION: dict[str, Any] = {"part": pl.String, _OF: pl.UInt32}
+"""Where a run is stored."""
 _MANY, _SMALL = 32, 4_000_000  # so many parts of less than so many bytes are brought together
 
 
@@ -29,7 +34,7 @@ class Stored(NamedTuple):
     """A run that is stored: as what, played by which code, and where."""
 
     run: Run  # as the study called it that played it
-    code: dict[str, str]
+    code: str  # the digest of the code that played it
     part: str  # the part's name
     place: int  # among the part's runs
 
@@ -39,7 +44,7 @@ class Fresh(NamedTuple):
 
     identity: str
     run: Run
-    code: dict[str, str]
+    code: str  # the digest of one of `Parts.codes`
     tables: StudyTables
 
 
@@ -62,8 +67,10 @@ class Parts:
         make_folder(folder)
         for unfinished in folder.glob(f".*{_SUFFIX}.*"):  # of a process that was killed
             unfinished.unlink(missing_ok=True)
-        self.stored: dict[str, Stored] = {}
-        """All runs that are stored, by identity."""
+        self.codes: dict[str, dict[str, str]] = {}
+        """What code has played them, by its digest."""
+        self.stored: dict[str, list[Stored]] = {}
+        """All runs that are stored, by identity; several times where other code has played them, too."""
         self._sizes: dict[str, int] = {}
         for path in sorted(folder.glob(f"*{_SUFFIX}")):
             self._open(path)
@@ -83,12 +90,12 @@ class Parts:
         self._sizes[path.stem] = len(content)
 
     def _add_index(self, part: str, index: dict[str, Any]) -> None:
-        codes = index["code"]
+        self.codes |= index["codes"]
         for place, (identity, code, *run) in enumerate(index["runs"]):
-            self.stored.setdefault(identity, Stored(Run(*run), codes[code], part, place))
+            self.stored.setdefault(identity, []).append(Stored(Run(*run), code, part, place))
 
-    def add(self, fresh: Sequence[Fresh]) -> None:
-        """Store runs: when this returns they are on the disk."""
+    def add(self, fresh: Sequence[Fresh]) -> dict[str, Stored]:
+        """Store runs, and return where they are, by identity: they are on the disk then."""
         tables = StudyTables(
             *(
                 pl.concat([_marked(getattr(one.tables, name), place) for place, one in enumerate(fresh)])
@@ -96,15 +103,14 @@ class Parts:
             )
         )
         self._write([(one.identity, one.run, one.code) for one in fresh], tables)
+        return {one.identity: self.stored[one.identity][-1] for one in fresh}
 
-    def _write(self, runs: Iterable[tuple[str, Run, dict[str, str]]], tables: StudyTables) -> None:
-        codes: list[dict[str, str]] = []
-        entries = []
-        for identity, run, code in runs:
-            if code not in codes:
-                codes.append(code)
-            entries.append([identity, codes.index(code), *run])
-        index = {"runs": entries, "code": codes}
+    def _write(self, runs: Iterable[tuple[str, Run, str]], tables: StudyTables) -> None:
+        entries = [[identity, code, *run] for identity, run, code in runs]
+        index = {
+            "runs": entries,
+            "codes": {code: self.codes[code] for code in sorted({code for _, code, *_ in entries})},
+        }
         buffer = io.BytesIO()
         with zipfile.ZipFile(buffer, "w") as archive:
             _put(archive, "index.json", json.dumps(index).encode())
@@ -122,65 +128,78 @@ class Parts:
         Parameters
         ----------
         wanted : DataFrame
-            A row for each run: its `identity`, and whatever else is to stand in front of its rows, in this order.
+            A row for each run: in which `part` and at which place `of` it it is, and whatever else is to stand in front
+            of its rows, in this order.
         """
-        located = wanted.with_row_index("order").with_columns(
-            part=pl.Series([self.stored[identity].part for identity in wanted["identity"]], dtype=pl.String),
-            of=pl.Series([self.stored[identity].place for identity in wanted["identity"]], dtype=pl.UInt32),
-        )
-        labels = [name for name in wanted.columns if name != "identity"]
-        found: dict[str, list[pl.DataFrame]] = {name: [] for name in StudyTables._fields}
-        for (part,), own in located.group_by("part"):
+        labels = wanted.drop(list(LOCATION))
+        found: dict[str, list[tuple[IntArray, pl.DataFrame]]] = {name: [] for name in StudyTables._fields}
+        for (part,), own in wanted.with_row_index("order").group_by("part", maintain_order=True):
+            order, places = own["order"].to_numpy(), own[_OF].to_numpy()
             for name, frame in self._tables(str(part))._asdict().items():
-                found[name].append(own.join(frame, on=_OF, maintain_order="left_right"))
-        if not wanted.height:
-            schema = {name: wanted.schema[name] for name in labels}
-            return StudyTables(*(pl.DataFrame(schema=schema | ROWS[name]) for name in StudyTables._fields))
-        return StudyTables(
-            **{
-                name: pl.concat(frames).sort("order", maintain_order=True).select(*labels, *ROWS[name])
-                for name, frames in found.items()
-            }
-        )
+                run, row = _rows_of(frame[_OF].to_numpy(), places)
+                found[name].append((order[run], frame.drop(_OF)[row]))
+        return StudyTables(*(_ordered(labels, found[name], ROWS[name]) for name in StudyTables._fields))
 
     def _tables(self, part: str) -> StudyTables:
         with zipfile.ZipFile(self.folder / f"{part}{_SUFFIX}") as archive:
             return StudyTables(*(pl.read_parquet(archive.read(f"{name}.parquet")) for name in StudyTables._fields))
 
-    def bring_together(self) -> None:
-        """Make one part of the small ones, where these are many."""
+    def bring_together(self) -> bool:
+        """Make one part of the small ones, where these are many; return whether that was so."""
         small = sorted(name for name, size in self._sizes.items() if size < _SMALL)
         if len(small) < _MANY:
-            return
-        runs: list[tuple[str, Run, dict[str, str]]] = []
-        frames: list[StudyTables] = []
-        chosen = set(small)
-        own = {one: stored for one, stored in self.stored.items() if stored.part in chosen}
-        for part in small:
-            places = {stored.place: len(runs) + i for i, stored in enumerate(s for s in own.values() if s.part == part)}
-            runs += [(one, stored.run, stored.code) for one, stored in own.items() if stored.part == part]
-            moved = pl.DataFrame({_OF: list(places), "now": list(places.values())}, {_OF: pl.UInt32, "now": pl.UInt32})
-            frames.append(
-                StudyTables(
-                    *(
-                        frame.join(moved, on=_OF, maintain_order="left").drop(_OF).rename({"now": _OF})
-                        for frame in self._tables(part)
-                    )
-                )
-            )
-        for identity in own:
-            del self.stored[identity]
+            return False
+        held: dict[str, list[tuple[int, str, Run, str]]] = {part: [] for part in small}
+        for identity, several in self.stored.items():
+            for stored in several:
+                if stored.part in held:
+                    held[stored.part].append((stored.place, identity, stored.run, stored.code))
+        runs: list[tuple[str, Run, str]] = []
+        frames = []
+        for part, own in held.items():
+            frames.append([frame.with_columns(pl.col(_OF) + len(runs)) for frame in self._tables(part)])
+            runs += [(identity, run, code) for _, identity, run, code in sorted(own, key=itemgetter(0))]
         self._write(runs, StudyTables(*(pl.concat(each) for each in zip(*frames, strict=True))))
         for part in small:  # now that all of it stands elsewhere, too
             del self._sizes[part]
             (self.folder / f"{part}{_SUFFIX}").unlink(missing_ok=True)
+        for identity, several in self.stored.items():
+            self.stored[identity] = [stored for stored in several if stored.part not in held]
+        return True
 
-    def delete(self) -> None:
-        """Delete all parts."""
-        for path in self.folder.glob(f"*{_SUFFIX}"):
-            path.unlink(missing_ok=True)
-        self.stored.clear()
-        self._sizes.clear()
+
+def _rows_of(of: IntArray, places: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the rows of chosen runs, run after run.
+
+    Parameters
+    ----------
+    of : (R,) int
+        Of which of a part's runs each row is, rising.
+    places : (n,) int
+        The chosen ones.
+
+    Returns
+    -------
+    run, row : (m,) int64
+        Which of the chosen runs each row is of, and the row.
+    """
+    first, beyond = np.searchsorted(of, places, "left"), np.searchsorted(of, places, "right")
+    counts = beyond - first
+    run = np.repeat(np.arange(places.size), counts)
+    skipped = np.cumsum(counts) - counts
+    return run, np.arange(run.size) + np.repeat(first - skipped, counts)
+
+
+def _ordered(labels: pl.DataFrame, found: list[tuple[IntArray, pl.DataFrame]], columns: dict[str, Any]) -> pl.DataFrame:
+    """Return the rows that were found in the order of the runs that they are of, behind these runs' labels."""
+    if not found:
+        return pl.DataFrame(schema=labels.schema | columns)
+    order = np.concatenate([order for order, _ in found])
+    rows = pl.concat([frame for _, frame in found]).select(*columns)
+    if len(found) > 1:
+        sorting = np.argsort(order, kind="stable")
+        order, rows = order[sorting], rows[sorting]
+    return pl.concat([labels[order], rows], how="horizontal")
 
 
 def _marked(frame: pl.DataFrame, place: int) -> pl.DataFrame:

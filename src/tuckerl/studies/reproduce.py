@@ -15,6 +15,7 @@ from tuckerl.studies.workers import Played, Task, play_tasks, tasks_of
 
 _SECONDS_BETWEEN_WRITES = 0.5
 _WRITES_SHARE = 0.05  # of the time, at most
+_QUICKLY_WRITTEN = 1_000_000  # rows, within a second
 
 Progress = Callable[[int, int], None]
 """Called with the number of runs that are finished and stored, and of all runs."""
@@ -43,7 +44,13 @@ def run_study(
     workers = check_int("workers", workers, 1)
     with Store(folder, study, overwrite=overwrite, accept_code=accept_code) as store:
         missing = store.missing()
-        _play(store, tasks_of(missing, store.checkpoints(missing)), workers, progress or (lambda done, total: None))
+        tasks = tasks_of(missing, store.checkpoints(missing))
+        try:
+            _play(store, tasks, workers, progress or (lambda done, total: None))
+        except KeyboardInterrupt:
+            if store.n_rows < _QUICKLY_WRITTEN:  # otherwise its end would have to be waited for
+                store.write_tables()
+            raise
         _tell_of(store.failures())
         return store.write_tables()
 

@@ -1,8 +1,8 @@
 """A folder of results: which study it holds, and what its finished runs have left.
 
 ``study.json`` says which study was last asked for. ``parts/`` has what all runs have left that were ever finished here,
-each once: it only grows, so that a kill at any moment, a study that grows and one that shrinks lose nothing. From it
-``runs.parquet`` and its sisters are made, sorted: the same bytes whatever the order in which runs ended.
+also those of other studies and other code: it only grows, so that neither a kill nor another study loses anything. From
+it ``runs.parquet`` and its sisters are made, sorted: the same bytes whatever the order in which runs ended.
 """
 
 import hashlib
@@ -16,9 +16,9 @@ import polars as pl
 from tuckerl.errors import OutputConflictError, OutputError, ParameterError, TuckerlError
 from tuckerl.files import make_folder, write_whole
 from tuckerl.studies.checkpoints import forget
-from tuckerl.studies.executed_code import changes
+from tuckerl.studies.executed_code import changes, code_digest
 from tuckerl.studies.folder_lock import FolderLock
-from tuckerl.studies.parts import Fresh, Parts, parquet
+from tuckerl.studies.parts import LOCATION, Fresh, Parts, Stored, parquet
 from tuckerl.studies.runs import Run, all_runs, run_code, run_identities
 from tuckerl.studies.study import Study
 from tuckerl.studies.tables import KEY, StudyTables
@@ -27,7 +27,7 @@ from tuckerl.studies.workers import Played
 _FORMAT = 2
 _SHOWN = ("claims.json", "compare.json", "report.html")  # what reports make of the tables
 _MADE = "made.json"
-_FREE = ("runs", "instances")  # numbers of a scenario that may grow and shrink
+_GROWING = ("runs", "instances")  # numbers of a scenario that may grow
 _FAILURES = "failures"
 
 
@@ -40,8 +40,8 @@ class Store:
         Made if it is missing.
     study : Study
     overwrite : bool
-        Whether the results of another study in the folder may be deleted, and runs that other code has played be
-        played again.
+        Whether another study may take the place of that in the folder, whose tables and figures are deleted, and runs
+        that other code has played be played again.
     accept_code : bool
         Whether runs that other code has played count as finished.
 
@@ -50,8 +50,8 @@ class Store:
     OutputError
         If the folder cannot be made or written.
     OutputConflictError
-        If it holds another study's results, or runs that other code has played, and nothing says what to do with them;
-        or if another process uses it.
+        If it holds another study's results, and not only a part of this one's, or runs that other code has played,
+        and nothing says what to do with them; or if another process uses it.
     """
 
     def __init__(self, folder: Path, study: Study, *, overwrite: bool = False, accept_code: bool = False) -> None:
@@ -62,6 +62,7 @@ class Store:
         self.folder, self.study = folder, study
         self._identities = run_identities(study)
         self._codes = {(s.name, v.name): run_code(s, v) for s in study.scenarios for v in s.variants}
+        self._code = {variant: code_digest(code) for variant, code in self._codes.items()}  # of each variant's runs
         make_folder(folder)
         self._lock = FolderLock(folder)
         try:
@@ -77,15 +78,16 @@ class Store:
         if difference and not overwrite:
             raise OutputConflictError(
                 f"{self.folder} holds the results of another study ({difference}): choose another folder with --out, "
-                "or replace them with --overwrite"
+                "or replace what it shows with --overwrite"
             )
         self._parts = Parts(self.folder / "parts")
+        self._parts.codes |= {digest: self._codes[variant] for variant, digest in self._code.items()}
         if difference is not None:
-            self._parts.delete()
             self._forget_shown()
-        self._old = set() if accept_code else set(self._played_by_other_code())
-        if self._old and not overwrite:
-            raise OutputConflictError(self._other_code())
+        of_now, of_then = self._stored()
+        if of_then and not (overwrite or accept_code):
+            raise OutputConflictError(self._other_code(of_then))
+        self._finished = of_now | of_then if accept_code else of_now
         write_whole(self.folder / "study.json", json.dumps(_specification(self.study), indent=1).encode())
 
     def _forget_shown(self) -> None:
@@ -104,27 +106,37 @@ class Store:
     def __exit__(self, *error: object) -> None:
         self.close()
 
-    def _played_by_other_code(self) -> Iterator[str]:
-        """Give the identities of the study's stored runs that not this code has played."""
+    def _stored(self) -> tuple[dict[str, Stored], dict[str, Stored]]:
+        """Return the study's runs that are stored, by identity: played by this code, and by other code alone."""
+        of_now, of_then = dict[str, Stored](), dict[str, Stored]()
         for run, identity in self._identities.items():
-            stored = self._parts.stored.get(identity)
-            if stored is not None and stored.code != self._codes[run.scenario, run.variant]:
-                yield identity
+            found = self._parts.stored.get(identity, [])
+            code = self._code[run.scenario, run.variant]
+            same = next((stored for stored in found if stored.code == code), None)
+            if same is not None:
+                of_now[identity] = same
+            elif found:
+                of_then[identity] = found[-1]
+        return of_now, of_then
 
-    def _other_code(self) -> str:
-        of_run = {identity: run for run, identity in self._identities.items()}
-        identity = min(self._old)
-        run = of_run[identity]
-        what = "; ".join(changes(self._parts.stored[identity].code, self._codes[run.scenario, run.variant]))
+    def _other_code(self, of_then: dict[str, Stored]) -> str:
+        run, identity = next((run, identity) for run, identity in self._identities.items() if identity in of_then)
+        there = self._parts.codes[of_then[identity].code]
+        what = "; ".join(changes(there, self._codes[run.scenario, run.variant]))
         return (
-            f"{self.folder} holds {len(self._old)} of the study's runs as other code has played them ({what}): keep "
-            "them with --accept-code, or play them again with --overwrite"
+            f"{self.folder} holds {len(of_then)} of the study's runs as other code has played them ({what}): keep them "
+            "with --accept-code, or play them again with --overwrite"
         )
 
     def finished(self) -> set[Run]:
         """Return the study's finished runs."""
-        stored = self._parts.stored
-        return {run for run, one in self._identities.items() if one in stored and one not in self._old}
+        return {run for run, identity in self._identities.items() if identity in self._finished}
+
+    @property
+    def n_rows(self) -> int:
+        """Rows of the table of runs, as far as these are finished."""
+        rows = {(s.name, v.name): s.n_episodes * v.n_agents for s in self.study.scenarios for v in s.variants}
+        return sum(rows[run.scenario, run.variant] for run in self.finished())
 
     def missing(self) -> list[Run]:
         """Return the study's runs that are to be played, in order; of those that are the same, one."""
@@ -138,22 +150,21 @@ class Store:
         make_folder(folder)
         for unfinished in folder.glob(".*"):
             unfinished.unlink(missing_ok=True)
-        return {run: folder / f"{self._identities[run]}-{self._code_digest(run)}.tuckerl" for run in runs}
+        return {run: self._checkpoint(run) for run in runs}
 
-    def _code_digest(self, run: Run) -> str:
-        code = self._codes[run.scenario, run.variant]
-        return hashlib.sha256(json.dumps(code, sort_keys=True).encode()).hexdigest()[:16]
+    def _checkpoint(self, run: Run) -> Path:
+        code = self._code[run.scenario, run.variant]
+        return self.folder / "checkpoints" / f"{self._identities[run]}-{code}.tuckerl"
 
     def add(self, played: Sequence[Played]) -> None:
         """Store what runs have left, or why they failed: when this returns, it is on the disk."""
         fresh = [
-            Fresh(self._identities[one.run], one.run, self._codes[one.run.scenario, one.run.variant], one.tables)
+            Fresh(self._identities[one.run], one.run, self._code[one.run.scenario, one.run.variant], one.tables)
             for one in played
             if one.tables is not None
         ]
         if fresh:
-            self._parts.add(fresh)
-        self._old -= {one.identity for one in fresh}
+            self._finished |= self._parts.add(fresh)
         for one in played:
             failure = self._failure(one.run)
             if one.tables is None:
@@ -161,9 +172,7 @@ class Store:
                 write_whole(failure, one.error.encode())
             else:
                 failure.unlink(missing_ok=True)
-                forget(
-                    self.folder / "checkpoints" / f"{self._identities[one.run]}-{self._code_digest(one.run)}.tuckerl"
-                )
+                forget(self._checkpoint(one.run))
 
     def _failure(self, run: Run) -> Path:
         return self.folder / _FAILURES / f"{self._identities[run]}.txt"
@@ -177,12 +186,19 @@ class Store:
     def tables(self) -> StudyTables:
         """All finished runs' tables, in the order of the study whatever the order in which they ended."""
         finished = self.finished()
-        rows = [(*run, self._identities[run]) for run in all_runs(self.study) if run in finished]
-        return self._parts.read(pl.DataFrame(rows, KEY | {"identity": pl.String}, orient="row"))
+        rows = [
+            (*run, stored.part, stored.place)
+            for run in all_runs(self.study)
+            if run in finished
+            for stored in (self._finished[self._identities[run]],)
+        ]
+        return self._parts.read(pl.DataFrame(rows, KEY | LOCATION, orient="row"))
 
     def write_tables(self) -> StudyTables:
         """Write ``runs.parquet`` and its sisters, where they are not what they should be, and return the tables."""
-        self._parts.bring_together()
+        if self._parts.bring_together():  # they are elsewhere now
+            of_now, of_then = self._stored()
+            self._finished = {one: (of_now | of_then)[one] for one in self._finished}
         tables, state = self.tables, self._state()
         made = self._made()
         if made.get("of") != state or any(made.get(n) != _digest_of(path) for n, path in self._outputs().items()):
@@ -237,17 +253,28 @@ def _changes_of_study(there: dict[str, Any], here: dict[str, Any]) -> Iterator[s
         yield f"written by an older or newer tuckerl, in format {there['format']} and not {here['format']}"
         return
     yield from differences(there["seed"], here["seed"], "seed")
-    for name in there["scenarios"].keys() & here["scenarios"].keys():
-        old, new = there["scenarios"][name], here["scenarios"][name]
-        place = f"scenarios.{name}"
-        yield from differences(_fixed(old), _fixed(new), place)
-        for variant in old["variants"].keys() & new["variants"].keys():
-            yield from differences(old["variants"][variant], new["variants"][variant], f"{place}.variants.{variant}")
+    for name, old in there["scenarios"].items():
+        place, new = f"scenarios.{name}", here["scenarios"].get(name)
+        if new is None:
+            yield f"{place} is there and not in this one, which has {', '.join(here['scenarios'])}"
+            continue
+        but_for = ("variants", *_grown(old, new))
+        yield from differences(_without(old, *but_for), _without(new, *but_for), place)
+        for variant, specification in old["variants"].items():
+            own = new["variants"].get(variant)
+            within = f"{place}.variants.{variant}"
+            if own is None:
+                yield f"{within} is there and not in this one"
+            else:
+                yield from differences(specification, own, within)
 
 
-def _fixed(scenario: dict[str, Any]) -> dict[str, Any]:
-    """Return what of a scenario must not change, but for its variants."""
-    return {key: value for key, value in scenario.items() if key not in (*_FREE, "variants")}
+def _grown(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
+    return [name for name in _GROWING if new[name] >= old[name]]
+
+
+def _without(scenario: dict[str, Any], *names: str) -> dict[str, Any]:
+    return {name: value for name, value in scenario.items() if name not in names}
 
 
 def differences(there: Any, here: Any, place: str) -> Iterator[str]:
