@@ -6,7 +6,6 @@ from pathlib import Path
 
 import polars as pl
 import pytest
-from tuckerl.studies.runner import SCHEMAS, StudyTables
 
 import tuckerl
 from tests.reports.test_report import LOADING, Page
@@ -16,6 +15,7 @@ from tuckerl.reports.study_page import outcome
 from tuckerl.studies.statistics import MEASURES
 from tuckerl.studies.study import Variant
 from tuckerl.studies.study_result import MOST_CURVES, summarise_study
+from tuckerl.studies.tables import SCHEMAS, StudyTables
 
 
 @pytest.fixture(scope="module")

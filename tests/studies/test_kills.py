@@ -20,21 +20,22 @@ TABLES = ("runs.parquet", "weights.parquet", "paths.parquet")
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="processes are killed otherwise there")
 
 
-def killed(folder: Path, workers: int, seconds: float) -> tuple[int, bool]:
-    """Play the study, kill it after its first word and so many seconds; return what it said last, and if it ended."""
+def killed(folder: Path, workers: int, words: int, seconds: float) -> tuple[int, bool]:
+    """Play the study, kill it so many words and seconds later; return what it said last, and whether it ended."""
     command = [sys.executable, "-m", "tests.studies.small_study", str(folder), str(workers)]
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     ) as process:
         assert process.stdout is not None
-        first = process.stdout.readline()
-        assert first, process.stderr.read() if process.stderr else ""
+        said = [process.stdout.readline() for _ in range(words)]
+        assert said[0], process.stderr.read() if process.stderr else ""
         with suppress(subprocess.TimeoutExpired):
             process.wait(seconds)
         with suppress(ProcessLookupError):
             os.kill(process.pid, signal.SIGKILL)
-        said = [first, *process.stdout.read().splitlines()]
-        return int(said[-1].split()[0]) if said[-1].count(" ") else int(said[-2].split()[0]), process.wait() == 0
+        said += process.stdout.read().splitlines(keepends=True)
+        whole = [line for line in said if line.endswith("\n")]  # the last one may have been cut off
+        return int(whole[-1].split()[0]), process.wait() == 0
 
 
 @pytest.mark.parametrize(
@@ -54,7 +55,9 @@ def test_a_study_that_is_killed_loses_nothing(workers: int, times: int, tmp_path
         folder, study = tmp_path / f"killed {study}", study + 1
         ended = False
         while not ended:
-            said, ended = killed(folder, workers, rnd.uniform(0.0, 0.4) if left > 0 else 60.0)
+            # Every other time at the very moment when it has said something.
+            words, seconds = (int(rnd.integers(1, 8)), 0.0) if left % 2 else (1, rnd.uniform(0.0, 0.4))
+            said, ended = killed(folder, workers, *((words, seconds) if left > 0 else (1, 60.0)))
             left -= not ended
             deadline = time.monotonic() + 5.0
             while True:  # its workers end with it

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tuckerl.cli.options import OverwriteStudy, Workers
+from tuckerl.cli.options import AcceptCode, OverwriteStudy, Workers
 
 if TYPE_CHECKING:
     from tuckerl.reports.study import Study
@@ -32,6 +32,7 @@ def run_file(
         int | None, typer.Option(help="Only so many runs of each variant for now; `resume` plays the rest.")
     ] = None,
     overwrite: OverwriteStudy = False,
+    accept_code: AcceptCode = False,
     yes: Yes = False,
 ) -> None:
     """Play what a study file asks for; write report.html, figures, comparisons.json and runs.parquet.
@@ -41,15 +42,15 @@ def run_file(
     from tuckerl.studies.study_file import read_study_file
 
     made = _made(read_study_file(file), yes)
-    _play(made, _folder_of(file) if out is None else out, workers, runs, overwrite)
+    _play(made, _folder_of(file) if out is None else out, workers, accept_code, runs, overwrite)
 
 
 @study.command()
-def resume(folder: Folder, workers: Workers = None, yes: Yes = False) -> None:
+def resume(folder: Folder, workers: Workers = None, accept_code: AcceptCode = False, yes: Yes = False) -> None:
     """Play what is missing of the study in a folder, and write its report."""
     from tuckerl.studies.study_folder import kept_file
 
-    _play(_made(kept_file(folder), yes), folder, workers)
+    _play(_made(kept_file(folder), yes), folder, workers, accept_code)
 
 
 @study.command()
@@ -112,11 +113,18 @@ def _made(file: "StudyFile", yes: bool) -> "Study":
     return Study(file)
 
 
-def _play(made: "Study", folder: Path, workers: int | None, runs: int | None = None, overwrite: bool = False) -> None:
+def _play(
+    made: "Study",
+    folder: Path,
+    workers: int | None,
+    accept_code: bool,
+    runs: int | None = None,
+    overwrite: bool = False,
+) -> None:
     from tuckerl.cli.compiling import compiling_said
 
     with compiling_said():
-        made.run(folder, workers=workers, runs=runs, overwrite=overwrite, progress=True)
+        made.run(folder, workers=workers, runs=runs, overwrite=overwrite, accept_code=accept_code, progress=True)
     _report(made, folder)
 
 

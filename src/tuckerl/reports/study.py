@@ -14,7 +14,6 @@ from tuckerl.reports.comparison_text import outcome_in_study
 from tuckerl.reports.study_page import write_study
 from tuckerl.reports.text import counted
 from tuckerl.studies.remembered import Remembered
-from tuckerl.studies.runner import StudyTables
 from tuckerl.studies.study_file import StudyFile, parse_study_file, read_study_file
 from tuckerl.studies.study_folder import (
     FILE,
@@ -28,6 +27,7 @@ from tuckerl.studies.study_folder import (
 )
 from tuckerl.studies.study_making import study_of
 from tuckerl.studies.study_result import summarise_study
+from tuckerl.studies.tables import StudyTables
 
 MOST_RUNS = 1_000_000
 """Runs of a study that are played unasked."""
@@ -125,6 +125,7 @@ class Study:
         *,
         workers: int | None = None,
         overwrite: bool = False,
+        accept_code: bool = False,
         runs: int | None = None,
         progress: bool = False,
     ) -> StudyTables:
@@ -139,7 +140,10 @@ class Study:
         workers : int, optional
             Processes. Default: one for each core. They change nothing but the time.
         overwrite : bool
-            Whether another study's results in the folder may be deleted.
+            Whether another study may take the place of that in the folder, and runs that other code has played be
+            played again.
+        accept_code : bool
+            Whether runs that other code, or other versions, have played are kept.
         runs : int, optional
             Only so many runs of each variant for now, where it has more.
         progress : bool
@@ -155,11 +159,13 @@ class Study:
         ParameterError, ParameterTypeError
             If a number is impossible.
         OutputError, OutputConflictError
-            If the folder cannot be written, or holds another study's results and `overwrite` is False.
+            If the folder cannot be written, or holds another study's results, or runs of other code, and nothing says
+            what to do with them.
         """
         folder = check_path("folder", folder)
         workers = default_workers() if workers is None else workers
         overwrite, shown = check_flag("overwrite", overwrite), check_flag("progress", progress)
+        accept_code = check_flag("accept_code", accept_code)
         with progress_bar("runs") as bar:
             return play_study(
                 self._file,
@@ -167,6 +173,7 @@ class Study:
                 folder,
                 workers=workers,
                 overwrite=overwrite,
+                accept_code=accept_code,
                 runs=runs,
                 progress=bar if shown else None,
             )

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from tuckerl.studies.runner import StudyTables
 from tuckerl.studies.statistics import MEASURES, NO_PAIRS, Pairs, json_numbers, mean_band, pairs_by_variant, run_of
 from tuckerl.studies.summary import Curve, Samples, mean_seconds, paired_curves, samples_of
+from tuckerl.studies.tables import StudyTables
 from tuckerl.types import FloatArray, IntArray
 
 MOST_POINTS = 100  # of a curve: with more episodes, each point is the mean of several

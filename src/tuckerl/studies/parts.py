@@ -9,7 +9,8 @@ import hashlib
 import io
 import json
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -49,40 +50,36 @@ class Fresh(NamedTuple):
 
 
 class Parts:
-    """The parts in a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it is missing. Nobody else may be writing into it.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be made.
-    """
+    """The parts in a folder, which need not be there as long as nothing is added."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        make_folder(folder)
-        for unfinished in folder.glob(f".*{_SUFFIX}.*"):  # of a process that was killed
-            unfinished.unlink(missing_ok=True)
         self.codes: dict[str, dict[str, str]] = {}
         """What code has played them, by its digest."""
         self.stored: dict[str, list[Stored]] = {}
         """All runs that are stored, by identity; several times where other code has played them, too."""
         self._sizes: dict[str, int] = {}
+        self._damaged: list[Path] = []
         for path in sorted(folder.glob(f"*{_SUFFIX}")):
-            self._open(path)
+            with suppress(FileNotFoundError):  # whoever writes here has just put it into another one
+                self._open(path)
 
-    def _open(self, path: Path) -> None:
-        content = path.read_bytes()
-        if _digest(content) != path.stem:
+    def tidy(self) -> None:
+        """Set aside what is damaged, and delete what a killed process left half written: nobody else may write now."""
+        for unfinished in self.folder.glob(f".*{_SUFFIX}.*"):
+            unfinished.unlink(missing_ok=True)
+        for path in self._damaged:
             path.replace(path.with_suffix(_ASIDE))
             warn(
                 f"{path} is damaged and was set aside as {path.stem}{_ASIDE}: the runs in it are played again",
                 DamagedResultsWarning,
             )
+        self._damaged.clear()
+
+    def _open(self, path: Path) -> None:
+        content = path.read_bytes()
+        if _digest(content) != path.stem:
+            self._damaged.append(path)
             return
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             index = json.loads(archive.read("index.json"))
@@ -96,6 +93,7 @@ class Parts:
 
     def add(self, fresh: Sequence[Fresh]) -> dict[str, Stored]:
         """Store runs, and return where they are, by identity: they are on the disk then."""
+        make_folder(self.folder)
         tables = StudyTables(
             *(
                 pl.concat([_marked(getattr(one.tables, name), place) for place, one in enumerate(fresh)])
@@ -105,12 +103,10 @@ class Parts:
         self._write([(one.identity, one.run, one.code) for one in fresh], tables)
         return {one.identity: self.stored[one.identity][-1] for one in fresh}
 
-    def _write(self, runs: Iterable[tuple[str, Run, str]], tables: StudyTables) -> None:
+    def _write(self, runs: Sequence[tuple[str, Run, str]], tables: StudyTables) -> None:
         entries = [[identity, code, *run] for identity, run, code in runs]
-        index = {
-            "runs": entries,
-            "codes": {code: self.codes[code] for code in sorted({code for _, code, *_ in entries})},
-        }
+        codes = {code: self.codes[code] for code in sorted({code for _, _, code in runs})}
+        index = {"runs": entries, "codes": codes}
         buffer = io.BytesIO()
         with zipfile.ZipFile(buffer, "w") as archive:
             _put(archive, "index.json", json.dumps(index).encode())

@@ -31,8 +31,71 @@ _GROWING = ("runs", "instances")  # numbers of a scenario that may grow
 _FAILURES = "failures"
 
 
-class Store:
-    """The results of one study in one folder, which nobody else may use until `close`.
+class Results:
+    """What a folder holds of a study, to be looked at, also while another process adds to it.
+
+    Parameters
+    ----------
+    folder : Path
+    study : Study
+
+    Raises
+    ------
+    OutputError
+        If it cannot be read.
+    """
+
+    def __init__(self, folder: Path, study: Study) -> None:
+        self.folder, self.study = folder, study
+        self._identities = run_identities(study)
+        self._codes = {(s.name, v.name): run_code(s, v) for s in study.scenarios for v in s.variants}
+        self._code = {variant: code_digest(code) for variant, code in self._codes.items()}  # of each variant's runs
+        self._held = _read_json(folder / "study.json")
+        self._accepted = set(self._held.get("accepted_code", []) if isinstance(self._held, dict) else [])
+        self._parts = Parts(folder / "parts")
+        self._finished, self._of_then = self._stored()
+
+    def _stored(self) -> tuple[dict[str, Stored], dict[str, Stored]]:
+        """Return the stored runs of the study by identity: of this code or an accepted one; of other code alone."""
+        of_now, of_then = dict[str, Stored](), dict[str, Stored]()
+        for run, identity in self._identities.items():
+            found = self._parts.stored.get(identity, [])
+            code = self._code[run.scenario, run.variant]
+            of_code = {stored.code: stored for stored in found}
+            accepted = [stored for stored in found if stored.code in self._accepted]
+            if code in of_code:
+                of_now[identity] = of_code[code]
+            elif accepted:
+                of_now[identity] = accepted[-1]
+            elif found:
+                of_then[identity] = found[-1]
+        return of_now, of_then
+
+    def finished(self) -> set[Run]:
+        """Return the study's finished runs."""
+        return {run for run, identity in self._identities.items() if identity in self._finished}
+
+    @property
+    def tables(self) -> StudyTables:
+        """All finished runs' tables, in the order of the study whatever the order in which they ended."""
+        rows = [
+            (*run, stored.part, stored.place)
+            for run, identity in self._identities.items()
+            if (stored := self._finished.get(identity)) is not None
+        ]
+        return self._parts.read(pl.DataFrame(rows, KEY | LOCATION, orient="row"))
+
+    def failures(self) -> dict[Run, Path]:
+        """Return the tracebacks of the study's runs that failed when they were last played."""
+        failed = {path.stem for path in (self.folder / _FAILURES).glob("*.txt")}
+        return {run: self._failure(run) for run, one in self._identities.items() if one in failed}
+
+    def _failure(self, run: Run) -> Path:
+        return self.folder / _FAILURES / f"{self._identities[run]}.txt"
+
+
+class Store(Results):
+    """The results of one study in one folder, into which nobody else may write until `close`.
 
     Parameters
     ----------
@@ -43,7 +106,7 @@ class Store:
         Whether another study may take the place of that in the folder, whose tables and figures are deleted, and runs
         that other code has played be played again.
     accept_code : bool
-        Whether runs that other code has played count as finished.
+        Whether runs that other code has played count as finished, from now on.
 
     Raises
     ------
@@ -59,13 +122,10 @@ class Store:
             raise ParameterError(
                 "runs of other code are either kept (--accept-code) or played again (--overwrite): give one of the two"
             )
-        self.folder, self.study = folder, study
-        self._identities = run_identities(study)
-        self._codes = {(s.name, v.name): run_code(s, v) for s in study.scenarios for v in s.variants}
-        self._code = {variant: code_digest(code) for variant, code in self._codes.items()}  # of each variant's runs
         make_folder(folder)
         self._lock = FolderLock(folder)
         try:
+            super().__init__(folder, study)
             self._open(overwrite=overwrite, accept_code=accept_code)
         except BaseException as error:
             self.close()
@@ -80,15 +140,18 @@ class Store:
                 f"{self.folder} holds the results of another study ({difference}): choose another folder with --out, "
                 "or replace what it shows with --overwrite"
             )
-        self._parts = Parts(self.folder / "parts")
+        if self._of_then and not (overwrite or accept_code):
+            raise OutputConflictError(self._other_code())
+        self._parts.tidy()
         self._parts.codes |= {digest: self._codes[variant] for variant, digest in self._code.items()}
+        if accept_code:
+            self._accepted |= {stored.code for stored in self._of_then.values()}
+            self._finished, self._of_then = self._stored()
         if difference is not None:
             self._forget_shown()
-        of_now, of_then = self._stored()
-        if of_then and not (overwrite or accept_code):
-            raise OutputConflictError(self._other_code(of_then))
-        self._finished = of_now | of_then if accept_code else of_now
-        write_whole(self.folder / "study.json", json.dumps(_specification(self.study), indent=1).encode())
+        held = _specification(self.study) | {"accepted_code": sorted(self._accepted)}
+        if held != self._held:
+            write_whole(self.folder / "study.json", json.dumps(held, indent=1).encode())
 
     def _forget_shown(self) -> None:
         """Delete what was shown of another study: nothing of it may stand beside this one's."""
@@ -106,20 +169,8 @@ class Store:
     def __exit__(self, *error: object) -> None:
         self.close()
 
-    def _stored(self) -> tuple[dict[str, Stored], dict[str, Stored]]:
-        """Return the study's runs that are stored, by identity: played by this code, and by other code alone."""
-        of_now, of_then = dict[str, Stored](), dict[str, Stored]()
-        for run, identity in self._identities.items():
-            found = self._parts.stored.get(identity, [])
-            code = self._code[run.scenario, run.variant]
-            same = next((stored for stored in found if stored.code == code), None)
-            if same is not None:
-                of_now[identity] = same
-            elif found:
-                of_then[identity] = found[-1]
-        return of_now, of_then
-
-    def _other_code(self, of_then: dict[str, Stored]) -> str:
+    def _other_code(self) -> str:
+        of_then = self._of_then
         run, identity = next((run, identity) for run, identity in self._identities.items() if identity in of_then)
         there = self._parts.codes[of_then[identity].code]
         what = "; ".join(changes(there, self._codes[run.scenario, run.variant]))
@@ -127,10 +178,6 @@ class Store:
             f"{self.folder} holds {len(of_then)} of the study's runs as other code has played them ({what}): keep them "
             "with --accept-code, or play them again with --overwrite"
         )
-
-    def finished(self) -> set[Run]:
-        """Return the study's finished runs."""
-        return {run for run, identity in self._identities.items() if identity in self._finished}
 
     @property
     def n_rows(self) -> int:
@@ -174,31 +221,10 @@ class Store:
                 failure.unlink(missing_ok=True)
                 forget(self._checkpoint(one.run))
 
-    def _failure(self, run: Run) -> Path:
-        return self.folder / _FAILURES / f"{self._identities[run]}.txt"
-
-    def failures(self) -> dict[Run, Path]:
-        """Return the tracebacks of the study's runs that failed when they were last played."""
-        failed = {path.stem for path in (self.folder / _FAILURES).glob("*.txt")}
-        return {run: self._failure(run) for run, one in self._identities.items() if one in failed}
-
-    @property
-    def tables(self) -> StudyTables:
-        """All finished runs' tables, in the order of the study whatever the order in which they ended."""
-        finished = self.finished()
-        rows = [
-            (*run, stored.part, stored.place)
-            for run in all_runs(self.study)
-            if run in finished
-            for stored in (self._finished[self._identities[run]],)
-        ]
-        return self._parts.read(pl.DataFrame(rows, KEY | LOCATION, orient="row"))
-
     def write_tables(self) -> StudyTables:
         """Write ``runs.parquet`` and its sisters, where they are not what they should be, and return the tables."""
         if self._parts.bring_together():  # they are elsewhere now
-            of_now, of_then = self._stored()
-            self._finished = {one: (of_now | of_then)[one] for one in self._finished}
+            self._finished, self._of_then = self._stored()
         tables, state = self.tables, self._state()
         made = self._made()
         if made.get("of") != state or any(made.get(n) != _digest_of(path) for n, path in self._outputs().items()):
@@ -226,15 +252,23 @@ class Store:
 
     def _difference(self) -> str | None:
         """Return what differs from the study that the folder holds: None for nothing, "" where it holds none."""
-        path = self.folder / "study.json"
-        if not path.exists():
+        if self._held is None:
             held = self._outputs()["runs"]
             return f"{held.name} without study.json" if held.exists() else ""
         try:
-            there = json.loads(path.read_bytes())
-            return next(_changes_of_study(there, _specification(self.study)), None)
-        except (OSError, ValueError, AttributeError, TypeError, KeyError):
+            return next(_changes_of_study(self._held, _specification(self.study)), None)
+        except (AttributeError, TypeError, KeyError):
             return "its study.json cannot be read"
+
+
+def _read_json(path: Path) -> Any:
+    """Return what a file holds: None if there is none, "" if it cannot be read."""
+    try:
+        return json.loads(path.read_bytes())
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError):
+        return ""
 
 
 def _digest_of(path: Path) -> str | None:

@@ -14,10 +14,10 @@ from tuckerl.errors import ParameterError
 from tuckerl.files import write_whole
 from tuckerl.studies.estimates import Estimate, Reached
 from tuckerl.studies.reproduce import Progress, run_study
-from tuckerl.studies.runner import StudyTables
-from tuckerl.studies.store import Store
+from tuckerl.studies.store import Results
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.studies.study_file import AGENTS, StudyFile, read_study_file
+from tuckerl.studies.tables import StudyTables
 from tuckerl.studies.variants import algorithm_of
 
 FILE = "study.toml"
@@ -77,6 +77,7 @@ def play_study(
     *,
     workers: int,
     overwrite: bool = False,
+    accept_code: bool = False,
     runs: int | None = None,
     progress: Progress | None = None,
 ) -> StudyTables:
@@ -90,8 +91,8 @@ def play_study(
         Of the file.
     folder : Path
     workers : int
-    overwrite : bool
-        Whether another study's results in the folder may be deleted.
+    overwrite, accept_code : bool
+        As of :func:`~tuckerl.studies.reproduce.run_study`.
     runs : int, optional
         Only so many runs of each variant for now, where it has more.
     progress : callable, optional
@@ -101,7 +102,8 @@ def play_study(
     ParameterError, ParameterTypeError
         If a number is impossible.
     OutputError, OutputConflictError
-        If the folder cannot be written, or holds another study's results and `overwrite` is False.
+        If the folder cannot be written, or holds another study's results, or runs of other code, and nothing says
+        what to do with them.
     """
     if runs is not None:
         most = check_int("runs", runs, 1)
@@ -116,18 +118,15 @@ def play_study(
         if progress is not None:
             progress(done, total)
 
-    return run_study(study, folder, workers=workers, overwrite=overwrite, progress=report)
+    return run_study(study, folder, workers=workers, overwrite=overwrite, accept_code=accept_code, progress=report)
 
 
 def finished_tables(study: Study, folder: Path) -> StudyTables:
     """Return the tables of all runs that are finished in a folder.
 
-    Raises
-    ------
-    OutputConflictError, SavedFileError
-        If they are another study's, or damaged.
+    Runs that other code has played are left out, unless that code was accepted.
     """
-    return Store(folder, study).tables
+    return Results(folder, study).tables
 
 
 def status_of(study: Study, tables: StudyTables | None) -> StudyStatus:
