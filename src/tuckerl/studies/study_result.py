@@ -9,9 +9,9 @@ import polars as pl
 
 from tuckerl.studies.comparison_result import Compared
 from tuckerl.studies.estimates import Estimate, LearningCurves, Reached
-from tuckerl.studies.tables import StudyTables
 from tuckerl.studies.statistics import MEASURES, Measure, WorkOut, compare_pairs_with_control, seeded_difference
 from tuckerl.studies.study import Scenario, Study
+from tuckerl.studies.tables import StudyTables
 
 MOST_CURVES = 9  # in one figure
 
