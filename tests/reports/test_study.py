@@ -24,7 +24,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("study") / "lake"
     study = tuckerl.Study.from_text(LAKE)
     study.run(folder, workers=1)
-    assert study.report(folder) == folder / "report.html"
+    assert study.report(folder).page == folder / "report.html"
     return folder
 
 
@@ -87,7 +87,7 @@ def test_the_page_shows_all_that_came_out_and_loads_nothing(folder: Path) -> Non
     study = tuckerl.Study.from_folder(folder)
     shown = [re.sub(r"\s+", " ", text).strip() for text in page.texts]
     assert set(study.variants) <= set(shown)
-    for words in study.outcomes(folder):
+    for words in study.report(folder).outcomes:
         assert words in shown
     assert LAKE.strip() in source.replace("&#34;", '"')
 
@@ -181,7 +181,7 @@ def test_very_large_studies_are_refused_unless_that_is_meant(folder: Path, tmp_p
 
 def test_a_folder_without_a_study_is_said(tmp_path: Path) -> None:
     study = tuckerl.Study.from_text(LAKE)
-    for call in (study.report, study.export, study.outcomes, tuckerl.Study.from_folder):
+    for call in (study.report, study.export, tuckerl.Study.from_folder):
         with pytest.raises(ParameterError, match=r"holds no study\.toml, .*: `tuckerl study run FILE --out"):
             call(tmp_path)
         with pytest.raises(ParameterError, match="is no folder"):

@@ -129,9 +129,10 @@ def _play(
 
 
 def _report(made: "Study", folder: Path) -> None:
-    for words in made.outcomes(folder):
+    written = made.report(folder)
+    for words in written.outcomes:
         typer.echo(words)
-    typer.echo(f"Report: {folder / 'report.html'}")
+    typer.echo(f"Report: {written.page}")
 
 
 def _show(status: "StudyStatus") -> None:

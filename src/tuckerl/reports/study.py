@@ -3,6 +3,7 @@
 import io
 from os import PathLike
 from pathlib import Path
+from typing import NamedTuple
 
 import polars as pl
 
@@ -10,8 +11,7 @@ from tuckerl.checks import check_flag, check_path
 from tuckerl.errors import ParameterError
 from tuckerl.files import make_folder, write_whole
 from tuckerl.progress import default_workers, progress_bar
-from tuckerl.reports.comparison_text import outcome_in_study
-from tuckerl.reports.study_page import write_study
+from tuckerl.reports.study_page import outcomes_of, write_study
 from tuckerl.reports.text import counted
 from tuckerl.studies.remembered import Remembered
 from tuckerl.studies.study_file import StudyFile, parse_study_file, read_study_file
@@ -31,6 +31,13 @@ from tuckerl.studies.tables import StudyTables
 
 MOST_RUNS = 1_000_000
 """Runs of a study that are played unasked."""
+
+
+class StudyReport(NamedTuple):
+    """A study's report."""
+
+    page: Path
+    outcomes: tuple[str, ...]  # what came out of each comparison, in sentences
 
 
 class Study:
@@ -190,8 +197,8 @@ class Study:
         is_begun = (folder / FILE).is_file()
         return status_of(self._plan, finished_tables(self._plan, folder) if is_begun else None)
 
-    def report(self, folder: str | PathLike[str]) -> Path:
-        """Write ``report.html``, its figures and ``comparisons.json`` of all finished runs; return the page's path.
+    def report(self, folder: str | PathLike[str]) -> StudyReport:
+        """Write ``report.html``, its figures and ``comparisons.json``, of all runs that are finished.
 
         Raises
         ------
@@ -202,25 +209,12 @@ class Study:
         OutputError
             If it cannot be written.
         """
-        return self._reported(check_path("folder", folder))[0]
-
-    def outcomes(self, folder: str | PathLike[str]) -> list[str]:
-        """Write the report as `report` does, and return what came out of each comparison in sentences."""
-        return self._reported(check_path("folder", folder))[1]
-
-    def _reported(self, folder: Path) -> tuple[Path, list[str]]:
-        tables = self._tables(folder)
-        remembered = Remembered(folder)
+        folder = check_path("folder", folder)
+        tables, remembered = self._tables(folder), Remembered(folder)
         results = summarise_study(self._plan, tables, remembered)
         remembered.write()
         page = write_study(self._file, self._plan, results, status_of(self._plan, tables), folder)
-        several = len(results) > 1
-        words = [
-            f"{result.scenario.name}: {outcome_in_study(compared)}" if several else outcome_in_study(compared)
-            for result in results
-            for compared in result.comparisons
-        ]
-        return page, words
+        return StudyReport(page, outcomes_of(results))
 
     def export(
         self, folder: str | PathLike[str], out: str | PathLike[str] | None = None, form: str | None = None

@@ -75,3 +75,12 @@ def outcome(results: list[ProblemResult], status: StudyStatus) -> str:
     if status.n_diverged:
         words += f" {counted(status.n_diverged, 'run')} diverged."
     return words
+
+
+def outcomes_of(results: list[ProblemResult]) -> tuple[str, ...]:
+    """Return what came out of each comparison in sentences, with its problem where there are several."""
+    return tuple(
+        f"{result.scenario.name}: {outcome_in_study(compared)}" if len(results) > 1 else outcome_in_study(compared)
+        for result in results
+        for compared in result.comparisons
+    )
