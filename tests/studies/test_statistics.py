@@ -43,6 +43,15 @@ def test_path_is_each_agents_shortest_episode_and_instances_are_pairs() -> None:
     assert pairs.value.tolist() == [(2 + 3) / 2, (10 + 30) / 2]
 
 
+def test_a_pair_of_one_variant_is_that_of_the_other_also_where_instances_are_pairs() -> None:
+    runs = runs_frame({"base": [[[[5]], [[7]]], [[[10]], [[20]]]], "other": [[[[4]], [[6]]], [[[9]], [[19]]]]})
+    pairs = pairs_by_variant(runs, MEASURES["path"])
+    assert pairs["base"].key.tolist() == pairs["other"].key.tolist() == [0, 1, 2**32, 2**32 + 1]
+    assert pairs["base"].value.tolist() == [5, 7, 10, 20]
+    result = compare(runs, "base", "other", MEASURES["path"], np.random.default_rng(0), relative=False)
+    assert (result.n_pairs, result.mean) == (4, 1)
+
+
 def test_difference_is_in_the_claims_favour_over_the_bases_mean() -> None:
     runs = runs_frame({"base": [[[[10]], [[20]], [[30]]]], "better": [[[[8]], [[17]], [[29]]]]})
     result = compare(runs, "base", "better", MEASURES["cost"], np.random.default_rng(0))
