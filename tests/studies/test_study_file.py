@@ -76,7 +76,7 @@ def test_what_a_problem_sets_goes_to_the_algorithms_that_take_it() -> None:
         ("{ from = 0.5, to = 0.9, steps = 5 }", ["0.5", "0.6", "0.7", "0.8", "0.9"]),
         ('{ from = 0.001, to = 0.1, steps = 3, scale = "log" }', ["0.001", "0.01", "0.1"]),
         ("{ from = 1, to = 9, steps = 3 }", ["1", "5", "9"]),
-        ("{ from = 0.1, to = 0.7, steps = 7 }", ["0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7"]),
+        ("{ from = 0.1, to = 0.9, steps = 9 }", [f"0.{n}" for n in range(1, 10)]),
         ("{ from = 1.0, to = 9, steps = 3 }", ["1.0", "5.0", "9.0"]),
         ("{ from = 1, to = 2, steps = 3 }", ["1.0", "1.5", "2.0"]),
         ('["Linear(1, 0, 9)", 0.1]', ["Linear(1, 0, 9)", "0.1"]),
