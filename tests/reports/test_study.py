@@ -1,6 +1,7 @@
 import io
 import json
 import re
+import shutil
 from contextlib import redirect_stderr
 from pathlib import Path
 
@@ -13,7 +14,11 @@ from tests.studies.study_texts import LAKE, changed
 from tuckerl.errors import OutputConflictError, ParameterError, UnknownNameError
 from tuckerl.reports.study_page import outcome
 from tuckerl.studies.statistics import MEASURES
+from tuckerl.studies.store import Store
 from tuckerl.studies.study import Variant
+from tuckerl.studies.study_file import parse_study_file
+from tuckerl.studies.study_folder import play_study
+from tuckerl.studies.study_making import study_of
 from tuckerl.studies.study_result import MOST_CURVES, summarise_study
 from tuckerl.studies.tables import SCHEMAS, StudyTables
 
@@ -66,6 +71,40 @@ def test_the_status_tells_means_with_intervals(folder: Path, tmp_path: Path) -> 
     nothing = study.status(tmp_path / "none")
     assert (nothing.n_runs, nothing.n_finished) == (12, 0)
     assert not (tmp_path / "none").exists(), "asking makes nothing"
+
+
+def test_some_runs_for_now_and_the_rest_later_are_the_same_bytes(folder: Path, tmp_path: Path) -> None:
+    study = tuckerl.Study.from_text(LAKE)
+    study.run(tmp_path, workers=1, runs=1)
+    assert [one.n_finished for one in study.status(tmp_path).variants] == [1] * 4
+    assert "8 runs of 12 are not finished yet" in study.report(tmp_path).page.read_text()
+    study.run(tmp_path, workers=1)
+    for name in ("runs.parquet", "weights.parquet", "study.toml"):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+
+
+def test_more_runs_variants_and_problems_play_only_what_is_new(folder: Path, tmp_path: Path) -> None:
+    grown = Path(shutil.copytree(folder, tmp_path / "grown"))
+    pond = '[[problem]]\nname = "pond"\nenv = "FrozenLake-v1"\nruns = 1\n\n[[problem]]'
+    text = changed(("runs = 3", "runs = 4"), ("[0.1,", "[0.05, 0.1,"), ("[[problem]]", pond))
+    file, told = parse_study_file(text), list[tuple[int, int]]()
+    tables = play_study(file, study_of(file), grown, workers=1, progress=lambda *counts: told.append(counts))
+    assert told[0] == (12, 5 * 4 + 5)
+    assert (grown / "study.toml").read_text() == text
+    before = pl.read_parquet(folder / "runs.parquet")
+    kept = tables.runs.join(before.select("scenario", "variant", "run").unique(), on=["scenario", "variant", "run"])
+    order = ["variant", "run", "episode"]
+    assert kept.sort(order).equals(before.sort(order))
+    assert tables.runs.filter(scenario="pond")["variant"].n_unique() == 5
+
+
+def test_a_folder_can_be_looked_at_while_another_process_writes_there(folder: Path) -> None:
+    study = tuckerl.Study.from_folder(folder)
+    with Store(folder, study._plan):
+        assert study.status(folder).n_finished == 12
+        assert study.report(folder).page.exists()
+        with pytest.raises(OutputConflictError, match="in use"):
+            study.run(folder, workers=1)
 
 
 def test_a_changed_study_is_refused_and_leaves_the_folder_as_it_is(folder: Path) -> None:

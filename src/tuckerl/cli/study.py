@@ -122,8 +122,9 @@ def _play(
     overwrite: bool = False,
 ) -> None:
     from tuckerl.cli.compiling import compiling_said
+    from tuckerl.cli.warnings import short_warnings
 
-    with compiling_said():
+    with compiling_said(), short_warnings():
         made.run(folder, workers=workers, runs=runs, overwrite=overwrite, accept_code=accept_code, progress=True)
     _report(made, folder)
 

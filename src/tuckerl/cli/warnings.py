@@ -8,8 +8,10 @@ from typing import Any
 import typer
 
 from tuckerl.errors import (
+    DamagedResultsWarning,
     DecompositionWarning,
     DivergenceWarning,
+    FailedRunsWarning,
     KernelCacheWarning,
     RankWarning,
     ResumeWarning,
@@ -25,6 +27,8 @@ OWN: tuple[type[Warning], ...] = (
     ResumeWarning,
     DivergenceWarning,
     KernelCacheWarning,
+    DamagedResultsWarning,
+    FailedRunsWarning,
 )
 
 
