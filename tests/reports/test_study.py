@@ -13,6 +13,8 @@ from tests.reports.test_report import LOADING, Page
 from tests.studies.study_texts import LAKE, changed
 from tuckerl.errors import OutputConflictError, ParameterError, UnknownNameError
 from tuckerl.reports.study_page import outcome
+from tuckerl.studies import store
+from tuckerl.studies.runs import run_identities
 from tuckerl.studies.statistics import MEASURES
 from tuckerl.studies.store import Store
 from tuckerl.studies.study import Variant
@@ -105,6 +107,23 @@ def test_a_folder_can_be_looked_at_while_another_process_writes_there(folder: Pa
         assert study.report(folder).page.exists()
         with pytest.raises(OutputConflictError, match="in use"):
             study.run(folder, workers=1)
+
+
+def test_what_failed_and_what_other_code_has_played_is_said(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = Path(shutil.copytree(folder, tmp_path / "copy"))
+    study = tuckerl.Study.from_folder(copy)
+    assert (study.status(copy).n_failed, study.status(copy).n_of_other_code) == (0, 0)
+    monkeypatch.setattr(store, "run_code", lambda scenario, variant: {"another": "code"})
+    status = study.status(copy)
+    assert (status.n_finished, status.n_of_other_code) == (0, 12)
+    assert "12 finished runs left out, as other code has played them" in study.report(copy).page.read_text()
+    monkeypatch.undo()
+    (copy / "failures").mkdir()
+    (copy / "failures" / f"{next(iter(run_identities(study._plan).values()))}.txt").write_text("ValueError: no")
+    assert study.status(copy).n_failed == 1
+    assert "1 run ended with an error" in study.report(copy).page.read_text()
 
 
 def test_a_changed_study_is_refused_and_leaves_the_folder_as_it_is(folder: Path) -> None:

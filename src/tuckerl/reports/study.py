@@ -17,11 +17,12 @@ from tuckerl.studies.remembered import Remembered
 from tuckerl.studies.study_file import StudyFile, parse_study_file, read_study_file
 from tuckerl.studies.study_folder import (
     FILE,
+    KeptRuns,
     StudyStatus,
     export_format,
     exported,
-    finished_tables,
     kept_file,
+    kept_runs,
     play_study,
     status_of,
 )
@@ -188,14 +189,16 @@ class Study:
     def status(self, folder: str | PathLike[str]) -> StudyStatus:
         """Return how far the study is in a folder: runs in all, finished, diverged, and means so far.
 
+        It only looks, also while another process plays there.
+
         Raises
         ------
-        OutputConflictError, SavedFileError
-            If the folder holds another study's results, or they are damaged.
+        OutputError
+            If the folder cannot be read.
         """
         folder = check_path("folder", folder)
         is_begun = (folder / FILE).is_file()
-        return status_of(self._plan, finished_tables(self._plan, folder) if is_begun else None)
+        return status_of(self._plan, kept_runs(self._plan, folder) if is_begun else None)
 
     def report(self, folder: str | PathLike[str]) -> StudyReport:
         """Write ``report.html``, its figures and ``comparisons.json``, of all runs that are finished.
@@ -204,16 +207,14 @@ class Study:
         ------
         ParameterError
             If nothing of the study was run into the folder.
-        OutputConflictError, SavedFileError
-            If it holds another study's results, or they are damaged.
         OutputError
-            If it cannot be written.
+            If it cannot be read or written.
         """
         folder = check_path("folder", folder)
-        tables, remembered = self._tables(folder), Remembered(folder)
-        results = summarise_study(self._plan, tables, remembered)
+        kept, remembered = self._kept(folder), Remembered(folder)
+        results = summarise_study(self._plan, kept.tables, remembered)
         remembered.write()
-        page = write_study(self._file, self._plan, results, status_of(self._plan, tables), folder)
+        page = write_study(self._file, self._plan, results, status_of(self._plan, kept), folder)
         return StudyReport(page, outcomes_of(results))
 
     def export(
@@ -240,16 +241,16 @@ class Study:
         path = None if out is None else check_path("out", out)
         form = export_format(path, form)
         varied = (axis.name for entry in self._file.algorithms for axis in entry.grid)
-        frame = exported(self._plan, self._tables(folder), varied)
+        frame = exported(self._plan, self._kept(folder).tables, varied)
         path = folder / f"export.{form}" if path is None else path
         make_folder(path.parent, "choose another file")
         write_whole(path, _bytes_of(frame, form))
         return path
 
-    def _tables(self, folder: Path) -> StudyTables:
+    def _kept(self, folder: Path) -> KeptRuns:
         if not (folder / FILE).is_file():
             kept_file(folder)  # says what is missing
-        return finished_tables(self._plan, folder)
+        return kept_runs(self._plan, folder)
 
 
 def many_runs(file: StudyFile) -> str:

@@ -74,6 +74,22 @@ def outcome(results: list[ProblemResult], status: StudyStatus) -> str:
         words += f" {counted(missing, 'run')} of {status.n_runs:,} {'is' if missing == 1 else 'are'} not finished yet."
     if status.n_diverged:
         words += f" {counted(status.n_diverged, 'run')} diverged."
+    return " ".join([words, *troubles(status)])
+
+
+def troubles(status: StudyStatus) -> list[str]:
+    """Return what of a study failed or was left out, in sentences."""
+    words = []
+    if status.n_failed:
+        words.append(
+            f"{counted(status.n_failed, 'run')} ended with an error: the tracebacks are in the folder's failures/, and "
+            "`tuckerl study resume` plays them again."
+        )
+    if status.n_of_other_code:
+        words.append(
+            f"{counted(status.n_of_other_code, 'finished run')} left out, as other code has played them: `tuckerl "
+            "study resume` says what has changed, and with --accept-code keeps them."
+        )
     return words
 
 

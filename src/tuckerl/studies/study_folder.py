@@ -13,7 +13,9 @@ from tuckerl.checks import check_int, check_name, shown
 from tuckerl.errors import ParameterError
 from tuckerl.files import write_whole
 from tuckerl.studies.estimates import Estimate, Reached
+from tuckerl.studies.parts import Parts
 from tuckerl.studies.reproduce import Progress, run_study
+from tuckerl.studies.runs import run_identities
 from tuckerl.studies.store import Results
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.studies.study_file import AGENTS, StudyFile, read_study_file
@@ -38,6 +40,8 @@ class StudyStatus(NamedTuple):
 
     measure: str
     variants: tuple[VariantStatus, ...]
+    n_failed: int = 0  # runs that ended with an error; the next `run` plays them again
+    n_of_other_code: int = 0  # finished runs that are left out, as other code has played them than there is now
 
     @property
     def n_runs(self) -> int:
@@ -121,19 +125,29 @@ def play_study(
     return run_study(study, folder, workers=workers, overwrite=overwrite, accept_code=accept_code, progress=report)
 
 
-def finished_tables(study: Study, folder: Path) -> StudyTables:
-    """Return the tables of all runs that are finished in a folder.
+class KeptRuns(NamedTuple):
+    """What a folder holds of a study's runs."""
 
-    Runs that other code has played are left out, unless that code was accepted.
-    """
-    return Results(folder, study).tables
+    tables: StudyTables  # of those that are finished
+    n_failed: int
+    n_of_other_code: int  # finished, but left out, unless that code was accepted
 
 
-def status_of(study: Study, tables: StudyTables | None) -> StudyStatus:
-    """Return how far a study is, with its tables or None where nothing was played."""
+def kept_runs(study: Study, folder: Path) -> KeptRuns:
+    """Return what a folder holds of a study, also while another process adds to it."""
+    results = Results(folder, study)
+    finished, stored = results.finished(), Parts(folder / "parts").stored
+    of_other_code = sum(one in stored and run not in finished for run, one in run_identities(study).items())
+    return KeptRuns(results.tables, len(results.failures()), of_other_code)
+
+
+def status_of(study: Study, kept: KeptRuns | None) -> StudyStatus:
+    """Return how far a study is, with what its folder holds or None where nothing was played."""
+    tables, *numbers = kept or (None, 0, 0)
     return StudyStatus(
         study.scenarios[0].measure,
         tuple(one for scenario in study.scenarios for one in _status_of_problem(scenario, tables)),
+        *numbers,
     )
 
 
