@@ -57,6 +57,7 @@ def write_study(file: StudyFile, study: Study, results: list[ProblemResult], sta
         described=described,
         outcome_in_study=outcome_in_study,
         settings=settings,
+        zip=zip,
     )
     numbers = [result.to_dict() for result in results]
     drawn = [figure for own in figures for figure in own]
