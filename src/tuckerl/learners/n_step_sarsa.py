@@ -38,55 +38,56 @@ class NStepSarsaState(NamedTuple):
 
 
 @kernel
-def _sum_back(reward: FloatArray, gamma: float, n: int) -> None:
-    """Let the first `n` entries of `reward` (N,) be the discounted sums from each of them to the last one."""
-    for place in range(n - 2, -1, -1):
-        reward[place] += gamma * reward[place + 1]
+def keep_step(steps: RecentSteps, transition: Transition) -> int:
+    """Put a step where it goes in ``steps.ring`` (N,) and return where that is; the cursor stays."""
+    place = steps.cursor[PLACE]
+    step = steps.ring[place]
+    step["state"], step["action"], step["reward"] = transition.state, transition.action, transition.reward
+    return place
 
 
 @kernel
-def _learn(
-    algorithm: NStepSarsaState, agent: AgentArrays, transition: Transition, next_action: int, n_steps: int
-) -> bool:
-    """Move the value in ``agent.q`` (S, A) of the pair with which the latest `n_steps` began."""
-    steps, powers, q = algorithm.steps, algorithm.powers, agent.q
-    place = steps.cursor[PLACE] - n_steps
-    target = 0.0
-    if place < 0:  # in the block before
-        place += steps.reward.size
-        target = powers[steps.reward.size - place] * algorithm.block[0]
-    target += steps.reward[place]
-    target += powers[n_steps - 1] * transition.discount * q[transition.next_state, next_action]
-    state, action = steps.state[place], steps.action[place]
-    record_change(agent.log, state)
-    value = q[state, action]
-    value += agent.step_sizes[action] * (target - value)
-    change_value(agent, state, action, value)
-    return np.isfinite(value)
+def _sum_back(steps: RecentSteps, gamma: float, n: int) -> None:
+    """Let the first `n` rewards of ``steps.ring`` (N,) be the discounted sums from each of them to the last one."""
+    later = 0.0
+    for place in range(n - 1, -1, -1):
+        step = steps.ring[np.uint32(place)]
+        later = step["reward"] + gamma * later
+        step["reward"] = later
 
 
 @kernel
 def update(algorithm: NStepSarsaState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
     """Learn from the step of n steps ago, and at an end from all that are left; ``agent.q`` (S, A) changes."""
-    steps, block, n = algorithm.steps, algorithm.block, algorithm.steps.reward.size
-    place, count = steps.cursor[PLACE], min(steps.cursor[COUNT] + 1, n)
-    steps.state[place], steps.action[place] = transition.state, transition.action
-    steps.reward[place] = transition.reward
-    block[0] += algorithm.powers[place] * transition.reward
+    steps, block, powers, q = algorithm.steps, algorithm.block, algorithm.powers, agent.q
+    n, place = steps.ring.size, keep_step(steps, transition)
+    block[0] += powers[place] * transition.reward
     place += 1
     if place == n or transition.ended:
-        _sum_back(steps.reward, agent.settings.gamma, place)
+        _sum_back(steps, agent.settings.gamma, place)
     if place == n:
         place, block[0] = 0, 0.0
-    steps.cursor[PLACE], steps.cursor[COUNT] = place, count
-    if count == n and not _learn(algorithm, agent, transition, next_action, n):
-        return False
+    n_steps, total = min(steps.cursor[COUNT] + 1, n), 0.0
+    steps.cursor[PLACE], steps.cursor[COUNT] = place, n_steps
+    fewest = 1 if transition.ended else n
+    while n_steps >= fewest:
+        first, later = place - n_steps, 0.0
+        if first < 0:  # in the block before, whose sums end where the present one's begins
+            later = powers[np.uint32(-first)] * block[0]
+            first += n
+        step = steps.ring[np.uint32(first)]
+        state, action = step["state"], step["action"]
+        record_change(agent.log, state)
+        value = q[state, action]
+        after = transition.discount * q[transition.next_state, np.uint32(next_action)]
+        target = step["reward"] + later + powers[np.uint32(n_steps - 1)] * after
+        value += agent.step_sizes[action] * (target - value)
+        change_value(agent, state, action, value)
+        total += value
+        n_steps -= 1
     if transition.ended:
-        for n_left in range(min(count, n - 1), 0, -1):
-            if not _learn(algorithm, agent, transition, next_action, n_left):
-                return False
         steps.cursor[PLACE], steps.cursor[COUNT], block[0] = 0, 0, 0.0
-    return True
+    return np.isfinite(total)
 
 
 register_algorithm(NStepSarsaState, update=update, on_policy=True, keeps_maxima=True)

@@ -3,12 +3,16 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tuckerl.saved_arrays import SavedArrays
-from tuckerl.types import FloatArray, IntArray, StateArray
+from tuckerl.types import StateArray
 
 MOST_STEPS = 1_000_000
 """How many steps may be waited for: that many take 16 MB for each agent."""
+
+# A step and the reward that came after it: one record, as it is found in memory at once.
+STEP = np.dtype([("reward", np.float64), ("state", np.uint32), ("action", np.uint32)], align=True)
 
 PLACE, COUNT = 0, 1
 
@@ -16,10 +20,8 @@ PLACE, COUNT = 0, 1
 class RecentSteps(NamedTuple):
     """One agent's latest N steps in a ring, which is empty between two episodes: so it is neither saved nor shared."""
 
-    state: StateArray  # (N,)
-    action: StateArray  # (N,)
-    reward: FloatArray  # (N,) what came after them
-    cursor: IntArray  # (2,) where the next step goes, and how many steps there are
+    ring: NDArray[np.void]  # (N,) of STEP
+    cursor: StateArray  # (2,) where the next step goes, and how many steps there are
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Return nothing: what was waited for has been learned from, as this is called between two episodes."""
@@ -36,9 +38,4 @@ class RecentSteps(NamedTuple):
 
 def no_steps(capacity: int) -> RecentSteps:
     """Return room for so many steps."""
-    return RecentSteps(
-        state=np.zeros(capacity, dtype=np.uint32),
-        action=np.zeros(capacity, dtype=np.uint32),
-        reward=np.zeros(capacity),
-        cursor=np.zeros(2, dtype=np.int64),
-    )
+    return RecentSteps(np.zeros(capacity, dtype=STEP), np.zeros(2, dtype=np.uint32))

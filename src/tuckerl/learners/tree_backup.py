@@ -80,14 +80,12 @@ def update(algorithm: TreeBackupState, agent: AgentArrays, transition: Transitio
     steps.state[place], steps.action[place] = transition.state, transition.action
     steps.reward[place] = transition.reward
     steps.cursor[PLACE], steps.cursor[COUNT] = (place + 1) % n, count
-    if count == n and not _learn(algorithm, agent, transition, n):
-        return False
+    is_finite = True
+    for n_steps in range(count, 0 if transition.ended else n - 1, -1):  # of n steps ago alone, but for the end
+        is_finite &= _learn(algorithm, agent, transition, n_steps)
     if transition.ended:
-        for n_left in range(min(count, n - 1), 0, -1):
-            if not _learn(algorithm, agent, transition, n_left):
-                return False
         steps.cursor[PLACE], steps.cursor[COUNT] = 0, 0
-    return True
+    return is_finite
 
 
 register_algorithm(TreeBackupState, update=update, on_policy=True, keeps_maxima=True)
