@@ -15,6 +15,7 @@ BENCHMARKS = (
     "windows",
     "sharing",
     "stepping",
+    "n_step",
     "first_result",
     "experiment",
 )

@@ -17,7 +17,7 @@ from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.declared_state import Declaration, DeclaredArray
 from tuckerl.training.learner import Learner
-from tuckerl.training.policies.policy import write_probabilities
+from tuckerl.training.policies.policy import expected_value
 from tuckerl.training.row_maxima import change_value
 from tuckerl.types import FloatArray
 
@@ -29,28 +29,10 @@ class ExpectedSarsaState(NamedTuple):
 
 
 @kernel
-def expected_value(agent: AgentArrays, state: int, probabilities: FloatArray) -> float:
-    """Return what the policy's next action in a state is worth, in the mean.
-
-    Parameters
-    ----------
-    agent : AgentArrays
-    state : int
-    probabilities : (A,) float64
-        Overwritten by those of the actions.
-    """
-    write_probabilities(agent.policy, agent, state, probabilities)
-    expected = 0.0
-    for action in range(agent.q.shape[1]):
-        expected += probabilities[action] * agent.q[state, action]
-    return expected
-
-
-@kernel
 def update(algorithm: ExpectedSarsaState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
     """Learn from a step and all that may follow: ``agent.q`` (S, A) changes at the transition's state and action."""
     state, action, reward, discount, next_state, _ = transition
-    target = reward + discount * expected_value(agent, next_state, algorithm.probabilities)
+    target = reward + discount * expected_value(agent.policy, agent, next_state, algorithm.probabilities)
     record_change(agent.log, state)
     value = agent.q[state, action]
     value += agent.step_sizes[action] * (target - value)

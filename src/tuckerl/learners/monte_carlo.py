@@ -16,13 +16,13 @@ from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_name
 from tuckerl.generalization.change_log import record_change
-from tuckerl.learners.expected_sarsa import expected_value
-from tuckerl.learners.recent_steps import COUNT, MOST_STEPS, RecentSteps, no_steps
+from tuckerl.learners.recent_steps import MOST_STEPS, PLACE, RecentSteps, keep_step, no_steps
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.declared_state import Declaration, DeclaredArray, DeclaredRecord
 from tuckerl.training.learner import Learner
 from tuckerl.training.parameters import LearnerParameters
+from tuckerl.training.policies.policy import expected_value
 from tuckerl.training.row_maxima import change_value
 from tuckerl.training.schedules import Schedule
 from tuckerl.types import FloatArray, IntArray
@@ -41,54 +41,59 @@ class MonteCarloState(NamedTuple):
 @kernel
 def update(algorithm: MonteCarloState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
     """Keep a step; at an end, or where there is no room for another, learn from all: ``agent.q`` (S, A) changes."""
-    steps, n = algorithm.steps, algorithm.steps.cursor[COUNT]
-    steps.state[n], steps.action[n], steps.reward[n] = transition.state, transition.action, transition.reward
-    steps.cursor[COUNT] = n + 1
-    if not transition.ended and n + 1 < steps.reward.size:
+    steps, n_steps = algorithm.steps, keep_step(algorithm.steps, transition) + 1
+    steps.cursor[PLACE] = n_steps
+    if not transition.ended and n_steps < steps.ring.size:
         return True
-    steps.cursor[COUNT] = 0
-    steps.reward[n] += transition.discount * expected_value(agent, transition.next_state, algorithm.probabilities)
-    for step in range(n - 1, -1, -1):  # rewards become returns
-        steps.reward[step] += agent.settings.gamma * steps.reward[step + 1]
-    return _learn_first(algorithm, agent, n + 1) if algorithm.first_only else _learn_all(algorithm, agent, n + 1)
+    steps.cursor[PLACE] = 0
+    later = transition.reward
+    later += transition.discount * expected_value(agent.policy, agent, transition.next_state, algorithm.probabilities)
+    last = steps.ring[n_steps - 1]
+    last["reward"] = later
+    for number in range(n_steps - 2, -1, -1):  # rewards become returns
+        step = steps.ring[number]
+        later = step["reward"] + agent.settings.gamma * later
+        step["reward"] = later
+    return _learn_first(algorithm, agent, n_steps) if algorithm.first_only else _learn_all(algorithm, agent, n_steps)
 
 
 @kernel
 def _learn_all(algorithm: MonteCarloState, agent: AgentArrays, n_steps: int) -> bool:
     """Learn from the return of each step in ``algorithm.steps``, the last one first."""
-    steps, is_finite = algorithm.steps, True
-    for step in range(n_steps - 1, -1, -1):
-        state, action = steps.state[step], steps.action[step]
-        record_change(agent.log, state)
-        is_finite &= _move(algorithm, agent, state, action, steps.reward[step])
-    return is_finite
+    total = 0.0
+    for number in range(n_steps - 1, -1, -1):
+        step = algorithm.steps.ring[number]
+        total += _move(algorithm, agent, step["state"], step["action"], step["reward"])
+    return np.isfinite(total)
 
 
 @kernel
 def _learn_first(algorithm: MonteCarloState, agent: AgentArrays, n_steps: int) -> bool:
     """Learn from the return of each pair's first step in ``algorithm.steps``."""
-    steps, n_returns, is_finite = algorithm.steps, algorithm.n_returns, True
-    for step in range(n_steps):
-        state, action = steps.state[step], steps.action[step]
+    ring, n_returns, total = algorithm.steps.ring, algorithm.n_returns, 0.0
+    for number in range(n_steps):
+        step = ring[number]
+        state, action = step["state"], step["action"]
         if n_returns[state, action] >= 0:
-            record_change(agent.log, state)
-            is_finite &= _move(algorithm, agent, state, action, steps.reward[step])
+            total += _move(algorithm, agent, state, action, step["reward"])
             n_returns[state, action] = -n_returns[state, action]
-    for step in range(n_steps):
-        state, action = steps.state[step], steps.action[step]
+    for number in range(n_steps):
+        step = ring[number]
+        state, action = step["state"], step["action"]
         n_returns[state, action] = abs(n_returns[state, action])
-    return is_finite
+    return np.isfinite(total)
 
 
 @kernel
-def _move(algorithm: MonteCarloState, agent: AgentArrays, state: int, action: int, later: float) -> bool:
-    """Move the value in ``agent.q`` (S, A) of a recorded row towards a return; return whether it is finite."""
+def _move(algorithm: MonteCarloState, agent: AgentArrays, state: int, action: int, later: float) -> float:
+    """Move the value of a pair in ``agent.q`` (S, A) towards a return, and return it."""
+    record_change(agent.log, state)
     algorithm.n_returns[state, action] += 1
     value = agent.q[state, action]
     rate = 1.0 / algorithm.n_returns[state, action] if algorithm.averages else agent.step_sizes[action]
     value += rate * (later - value)
     change_value(agent, state, action, value)
-    return np.isfinite(value)
+    return value
 
 
 register_algorithm(MonteCarloState, update=update, keeps_maxima=True)

@@ -19,7 +19,7 @@ from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
 from tuckerl.generalization.change_log import record_change
-from tuckerl.learners.recent_steps import COUNT, MOST_STEPS, PLACE, RecentSteps, no_steps
+from tuckerl.learners.recent_steps import COUNT, MOST_STEPS, PLACE, RecentSteps, keep_step, no_steps
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.declared_state import Declaration, DeclaredArray, DeclaredRecord
@@ -38,15 +38,6 @@ class NStepSarsaState(NamedTuple):
 
 
 @kernel
-def keep_step(steps: RecentSteps, transition: Transition) -> int:
-    """Put a step where it goes in ``steps.ring`` (N,) and return where that is; the cursor stays."""
-    place = steps.cursor[PLACE]
-    step = steps.ring[place]
-    step["state"], step["action"], step["reward"] = transition.state, transition.action, transition.reward
-    return place
-
-
-@kernel
 def _sum_back(steps: RecentSteps, gamma: float, n: int) -> None:
     """Let the first `n` rewards of ``steps.ring`` (N,) be the discounted sums from each of them to the last one."""
     later = 0.0
@@ -57,37 +48,47 @@ def _sum_back(steps: RecentSteps, gamma: float, n: int) -> None:
 
 
 @kernel
+def _learn(
+    algorithm: NStepSarsaState, agent: AgentArrays, transition: Transition, next_action: int, place: int, n_steps: int
+) -> bool:
+    """Move the value in ``agent.q`` (S, A) of the pair with which the `n_steps` before `place` began."""
+    steps, powers, q = algorithm.steps, algorithm.powers, agent.q
+    first, later = place - n_steps, 0.0
+    if first < 0:  # in the block before, whose sums end where the present one's begins
+        later = powers[np.uint32(-first)] * algorithm.block[0]
+        first += steps.ring.size
+    step = steps.ring[np.uint32(first)]
+    state, action = step["state"], step["action"]
+    record_change(agent.log, state)
+    value = q[state, action]
+    after = transition.discount * q[transition.next_state, np.uint32(next_action)]
+    target = step["reward"] + later + powers[np.uint32(n_steps - 1)] * after
+    value += agent.step_sizes[action] * (target - value)
+    change_value(agent, state, action, value)
+    return np.isfinite(value)
+
+
+@kernel
 def update(algorithm: NStepSarsaState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
     """Learn from the step of n steps ago, and at an end from all that are left; ``agent.q`` (S, A) changes."""
-    steps, block, powers, q = algorithm.steps, algorithm.block, algorithm.powers, agent.q
+    steps, block = algorithm.steps, algorithm.block
     n, place = steps.ring.size, keep_step(steps, transition)
-    block[0] += powers[place] * transition.reward
+    block[0] += algorithm.powers[np.uint32(place)] * transition.reward
     place += 1
     if place == n or transition.ended:
         _sum_back(steps, agent.settings.gamma, place)
     if place == n:
         place, block[0] = 0, 0.0
-    n_steps, total = min(steps.cursor[COUNT] + 1, n), 0.0
+    n_steps = min(int(steps.cursor[COUNT]) + 1, n)
     steps.cursor[PLACE], steps.cursor[COUNT] = place, n_steps
-    fewest = 1 if transition.ended else n
-    while n_steps >= fewest:
-        first, later = place - n_steps, 0.0
-        if first < 0:  # in the block before, whose sums end where the present one's begins
-            later = powers[np.uint32(-first)] * block[0]
-            first += n
-        step = steps.ring[np.uint32(first)]
-        state, action = step["state"], step["action"]
-        record_change(agent.log, state)
-        value = q[state, action]
-        after = transition.discount * q[transition.next_state, np.uint32(next_action)]
-        target = step["reward"] + later + powers[np.uint32(n_steps - 1)] * after
-        value += agent.step_sizes[action] * (target - value)
-        change_value(agent, state, action, value)
-        total += value
-        n_steps -= 1
+    is_finite = n_steps < n or _learn(algorithm, agent, transition, next_action, place, n)
     if transition.ended:
+        n_steps = min(n_steps, n - 1)
+        while n_steps > 0:
+            is_finite &= _learn(algorithm, agent, transition, next_action, place, n_steps)
+            n_steps -= 1
         steps.cursor[PLACE], steps.cursor[COUNT], block[0] = 0, 0, 0.0
-    return np.isfinite(total)
+    return is_finite
 
 
 register_algorithm(NStepSarsaState, update=update, on_policy=True, keeps_maxima=True)

@@ -5,7 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tuckerl._jit import kernel
 from tuckerl.saved_arrays import SavedArrays
+from tuckerl.training.agent_arrays import Transition
 from tuckerl.types import StateArray
 
 MOST_STEPS = 1_000_000
@@ -39,3 +41,12 @@ class RecentSteps(NamedTuple):
 def no_steps(capacity: int) -> RecentSteps:
     """Return room for so many steps."""
     return RecentSteps(np.zeros(capacity, dtype=STEP), np.zeros(2, dtype=np.uint32))
+
+
+@kernel
+def keep_step(steps: RecentSteps, transition: Transition) -> int:
+    """Put a step where it goes in ``steps.ring`` (N,), and return where that is; the cursor stays."""
+    place = steps.cursor[PLACE]
+    step = steps.ring[place]
+    step["state"], step["action"], step["reward"] = transition.state, transition.action, transition.reward
+    return int(place)

@@ -18,7 +18,7 @@ from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int, check_name
 from tuckerl.generalization.change_log import record_change
-from tuckerl.learners.recent_steps import COUNT, MOST_STEPS, PLACE, RecentSteps, no_steps
+from tuckerl.learners.recent_steps import COUNT, MOST_STEPS, PLACE, RecentSteps, keep_step, no_steps
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.declared_state import Declaration, DeclaredArray, DeclaredRecord
@@ -54,38 +54,40 @@ def _value_beside(algorithm: TreeBackupState, agent: AgentArrays, state: int, ta
 
 
 @kernel
-def _learn(algorithm: TreeBackupState, agent: AgentArrays, transition: Transition, n_steps: int) -> bool:
-    """Move the value in ``agent.q`` (S, A) of the pair with which the latest `n_steps` began."""
-    steps, room = algorithm.steps, algorithm.steps.reward.size
-    place = (steps.cursor[PLACE] - 1) % room
+def _target(algorithm: TreeBackupState, agent: AgentArrays, transition: Transition, place: int, n_steps: int) -> float:
+    """Return what `n_steps` steps are worth, the transition's being the last of them and kept at `place`."""
+    steps, gamma = algorithm.steps, agent.settings.gamma
     target = transition.reward + transition.discount * _value_beside(algorithm, agent, transition.next_state, -1)
     for _ in range(n_steps - 1):
-        state, action = steps.state[place], steps.action[place]
+        step = steps.ring[place]
+        state, action = step["state"], step["action"]
         beside = _value_beside(algorithm, agent, state, action)
-        place = place - 1 if place > 0 else room - 1
-        target = steps.reward[place] + agent.settings.gamma * (beside + algorithm.probabilities[action] * target)
-    state, action = steps.state[place], steps.action[place]
-    record_change(agent.log, state)
-    value = agent.q[state, action]
-    value += agent.step_sizes[action] * (target - value)
-    change_value(agent, state, action, value)
-    return np.isfinite(value)
+        place = place - 1 if place > 0 else steps.ring.size - 1
+        before = steps.ring[place]
+        target = before["reward"] + gamma * (beside + algorithm.probabilities[action] * target)
+    return target
 
 
 @kernel
 def update(algorithm: TreeBackupState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
     """Learn from the step of n steps ago, and at an end from all that are left; ``agent.q`` (S, A) changes."""
-    steps, n = algorithm.steps, algorithm.steps.reward.size
-    place, count = steps.cursor[PLACE], min(steps.cursor[COUNT] + 1, n)
-    steps.state[place], steps.action[place] = transition.state, transition.action
-    steps.reward[place] = transition.reward
-    steps.cursor[PLACE], steps.cursor[COUNT] = (place + 1) % n, count
-    is_finite = True
-    for n_steps in range(count, 0 if transition.ended else n - 1, -1):  # of n steps ago alone, but for the end
-        is_finite &= _learn(algorithm, agent, transition, n_steps)
+    steps, q, n = algorithm.steps, agent.q, algorithm.steps.ring.size
+    place, n_steps, total = keep_step(steps, transition), min(int(steps.cursor[COUNT]) + 1, n), 0.0
+    steps.cursor[PLACE], steps.cursor[COUNT] = (place + 1) % n, n_steps
+    fewest = 1 if transition.ended else n
+    while n_steps >= fewest:
+        target = _target(algorithm, agent, transition, place, n_steps)
+        step = steps.ring[(place + 1 - n_steps) % n]
+        state, action = step["state"], step["action"]
+        record_change(agent.log, state)
+        value = q[state, action]
+        value += agent.step_sizes[action] * (target - value)
+        change_value(agent, state, action, value)
+        total += value
+        n_steps -= 1
     if transition.ended:
         steps.cursor[PLACE], steps.cursor[COUNT] = 0, 0
-    return is_finite
+    return np.isfinite(total)
 
 
 register_algorithm(TreeBackupState, update=update, on_policy=True, keeps_maxima=True)

@@ -31,6 +31,23 @@ def greedy_value(agent: AgentArrays, state: int) -> float:
 
 
 @kernel
+def sum_of_values(agent: AgentArrays, state: int) -> tuple[float, int]:
+    """Return the sum of the values of the actions that may be taken, of the agent's own table, and how many they are."""
+    total, other, n_actions = 0.0, 0.0, agent.q.shape[1]
+    if agent.action_mask.size == 0:
+        for pair in range(n_actions // 2):  # two sums, as each addition waits for the one before it
+            total += agent.q[state, 2 * pair]
+            other += agent.q[state, 2 * pair + 1]
+        return total + other + (agent.q[state, n_actions - 1] if n_actions % 2 == 1 else 0.0), n_actions
+    n_allowed = 0
+    for action in range(n_actions):
+        if agent.action_mask[state, action]:
+            total += agent.q[state, action]
+            n_allowed += 1
+    return total, n_allowed
+
+
+@kernel
 def greedy_action(agent: AgentArrays, state: int) -> int:
     """Return an action of the largest value among those that may be taken."""
     best, first, ties = maximum(agent.maxima, agent, state)

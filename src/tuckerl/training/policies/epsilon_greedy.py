@@ -6,8 +6,15 @@ from typing import Any, NamedTuple
 from tuckerl._jit import kernel
 from tuckerl.rng import uniform
 from tuckerl.training.agent_arrays import AgentArrays
-from tuckerl.training.greedy_actions import greedy_action, random_action, share_among_allowed, share_among_greedy
-from tuckerl.training.policies.policy import Policy, register_policy
+from tuckerl.training.greedy_actions import (
+    greedy_action,
+    greedy_value,
+    random_action,
+    share_among_allowed,
+    share_among_greedy,
+    sum_of_values,
+)
+from tuckerl.training.policies.policy import Policy, register_expected_value, register_policy
 from tuckerl.training.schedules import Schedule, as_number, as_schedule
 from tuckerl.types import FloatArray
 
@@ -34,7 +41,15 @@ def probabilities(policy: EpsilonGreedyArrays, agent: AgentArrays, state: int, o
     share_among_greedy(agent, state, 1.0 - policy.epsilon[0], out)
 
 
+@kernel
+def expected_value(policy: EpsilonGreedyArrays, agent: AgentArrays, state: int, room: FloatArray) -> float:
+    """Return epsilon times the mean value plus what is left of it times the largest; `room` (A,) is not needed."""
+    epsilon, (total, n_allowed) = policy.epsilon[0], sum_of_values(agent, state)
+    return epsilon / n_allowed * total + (1.0 - epsilon) * greedy_value(agent, state)
+
+
 register_policy(EpsilonGreedyArrays, choose=choose, probabilities=probabilities)
+register_expected_value(EpsilonGreedyArrays, expected_value)
 
 
 class EpsilonGreedy(Policy):

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 from tuckerl._jit import kernel
 from tuckerl.training.agent_arrays import AgentArrays
-from tuckerl.training.greedy_actions import greedy_action, share_among_greedy
-from tuckerl.training.policies.policy import Policy, register_policy
+from tuckerl.training.greedy_actions import greedy_action, greedy_value, share_among_greedy
+from tuckerl.training.policies.policy import Policy, register_expected_value, register_policy
 from tuckerl.types import FloatArray
 
 
@@ -27,7 +27,14 @@ def probabilities(policy: GreedyArrays, agent: AgentArrays, state: int, out: Flo
     share_among_greedy(agent, state, 1.0, out)
 
 
+@kernel
+def expected_value(policy: GreedyArrays, agent: AgentArrays, state: int, room: FloatArray) -> float:
+    """Return the largest value; `room` (A,) is not needed."""
+    return greedy_value(agent, state)
+
+
 register_policy(GreedyArrays, choose=choose, probabilities=probabilities)
+register_expected_value(GreedyArrays, expected_value)
 
 
 class Greedy(Policy):

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl._jit import ByKind, is_ours
+from tuckerl._jit import ByKind, is_ours, kernel
 from tuckerl.errors import LearnerError
 from tuckerl.problems.immutable import Immutable
+from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.training.declared_state import DeclaredArray
 from tuckerl.training.guards import guarded_choose, guarded_probabilities
 from tuckerl.training.schedules import Schedule, ScheduleValues
@@ -19,12 +20,16 @@ from tuckerl.types import BoolArray, FloatArray, IntArray
 _SUM_TOLERANCE = 1e-6
 _CHOOSE: dict[type, Callable[..., int]] = {}
 _PROBABILITIES: dict[type, Callable[..., None]] = {}
+_EXPECTED_VALUE: dict[type, Callable[..., float]] = {}
 
 choose = ByKind(_CHOOSE)
 """``choose(agent.policy, agent, state)`` returns an action."""
 
 write_probabilities = ByKind(_PROBABILITIES)
 """``write_probabilities(agent.policy, agent, state, out)`` writes each action's probability into `out` (A,)."""
+
+expected_value = ByKind(_EXPECTED_VALUE)
+"""``expected_value(agent.policy, agent, state, room)``: what the next action is worth in the mean; `room` is (A,)."""
 
 
 def register_policy(arrays: type, *, choose: Callable[..., int], probabilities: Callable[..., None]) -> None:
@@ -45,6 +50,22 @@ def register_policy(arrays: type, *, choose: Callable[..., int], probabilities: 
         If a kernel takes other arguments, or is no function.
     """
     _CHOOSE[arrays], _PROBABILITIES[arrays] = guarded_choose(choose), guarded_probabilities(probabilities)
+    _EXPECTED_VALUE[arrays] = _by_probabilities
+
+
+def register_expected_value(arrays: type, expected_value: Callable[..., float]) -> None:
+    """Register a shorter way to the expected value than by the probabilities: of our own policies, without a guard."""
+    _EXPECTED_VALUE[arrays] = expected_value
+
+
+@kernel
+def _by_probabilities(policy: Any, agent: AgentArrays, state: int, room: FloatArray) -> float:
+    """Return the mean of a row of ``agent.q`` (S, A) over the probabilities, which are left in `room` (A,)."""
+    write_probabilities(policy, agent, state, room)
+    expected = 0.0
+    for action in range(room.size):
+        expected += room[action] * agent.q[state, action]
+    return expected
 
 
 def check_policy_registered(policy: "Policy", arrays: Any) -> None:
