@@ -32,7 +32,7 @@ def greedy_value(agent: AgentArrays, state: int) -> float:
 
 @kernel
 def sum_of_values(agent: AgentArrays, state: int) -> tuple[float, int]:
-    """Return the sum of the values of the actions that may be taken, of the agent's own table, and how many they are."""
+    """Return the sum of the values among the actions that may be taken, of the own table, and their number."""
     total, other, n_actions = 0.0, 0.0, agent.q.shape[1]
     if agent.action_mask.size == 0:
         for pair in range(n_actions // 2):  # two sums, as each addition waits for the one before it
