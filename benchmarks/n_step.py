@@ -13,7 +13,7 @@ from tuckerl.training.learner import Learner
 from tuckerl.types import FloatArray
 
 SIZES = ((110, 21), (1404, 4))
-EPISODES, LONGEST, ENDS = 1000, 500, 0.002
+EPISODES, LONGEST, ENDS = 5000, 500, 0.002
 ALPHA, GAMMA, EPSILON = 0.1, 0.95, 0.1
 
 

@@ -6,7 +6,7 @@ r"""n-step SARSA: an entry moves towards n rewards and the value of the pair tha
 
 n steps later; at the end of an episode, for all pairs that are left. (Sutton and Barto 2018, section 7.2.)
 
-The sum costs the same for every n. Steps come in blocks of n, a slot of a ring for each. When a block is full, its
+The sum costs the same for every n. Steps come in blocks of n, a slot of a ring for each. Where a block ends, its
 rewards are summed from each slot to the block's end; those of the next block are summed as they come. The n rewards
 since a slot are the one sum and, discounted, the other.
 """
@@ -38,57 +38,65 @@ class NStepSarsaState(NamedTuple):
 
 
 @kernel
-def _sum_back(steps: RecentSteps, gamma: float, n: int) -> None:
-    """Let the first `n` rewards of ``steps.ring`` (N,) be the discounted sums from each of them to the last one."""
-    later = 0.0
-    for place in range(n - 1, -1, -1):
-        step = steps.ring[np.uint32(place)]
-        later = step["reward"] + gamma * later
-        step["reward"] = later
-
-
-@kernel
-def _learn(
-    algorithm: NStepSarsaState, agent: AgentArrays, transition: Transition, next_action: int, place: int, n_steps: int
-) -> bool:
-    """Move the value in ``agent.q`` (S, A) of the pair with which the `n_steps` before `place` began."""
-    steps, powers, q = algorithm.steps, algorithm.powers, agent.q
-    first, later = place - n_steps, 0.0
-    if first < 0:  # in the block before, whose sums end where the present one's begins
-        later = powers[np.uint32(-first)] * algorithm.block[0]
-        first += steps.ring.size
-    step = steps.ring[np.uint32(first)]
+def _move(agent: AgentArrays, step: Any, target: float) -> float:
+    """Move the value in ``agent.q`` (S, A) of a step's pair towards a target, and return it."""
     state, action = step["state"], step["action"]
     record_change(agent.log, state)
-    value = q[state, action]
-    after = transition.discount * q[transition.next_state, np.uint32(next_action)]
-    target = step["reward"] + later + powers[np.uint32(n_steps - 1)] * after
+    value = agent.q[state, action]
     value += agent.step_sizes[action] * (target - value)
     change_value(agent, state, action, value)
-    return np.isfinite(value)
+    return value
 
 
 @kernel
 def update(algorithm: NStepSarsaState, agent: AgentArrays, transition: Transition, next_action: int) -> bool:
     """Learn from the step of n steps ago, and at an end from all that are left; ``agent.q`` (S, A) changes."""
-    steps, block = algorithm.steps, algorithm.block
-    n, place = steps.ring.size, keep_step(steps, transition)
-    block[0] += algorithm.powers[np.uint32(place)] * transition.reward
+    steps, powers = algorithm.steps, algorithm.powers
+    n, place, total = steps.ring.size, keep_step(steps, transition), 0.0
+    block = algorithm.block[0] + powers[np.uint32(place)] * transition.reward
     place += 1
+    count = min(int(steps.cursor[COUNT]) + 1, n)
+    algorithm.block[0], steps.cursor[PLACE], steps.cursor[COUNT] = block, place, count
+    after = transition.discount * agent.q[transition.next_state, np.uint32(next_action)]
+    if count == n:
+        step = steps.ring[np.uint32(place if place < n else 0)]  # of a full block, all is in its own sum
+        rewards = powers[np.uint32(n - place)] * block + (step["reward"] if place < n else 0.0)
+        total = _move(agent, step, rewards + powers[np.uint32(n - 1)] * after)
     if place == n or transition.ended:
-        _sum_back(steps, agent.settings.gamma, place)
-    if place == n:
-        place, block[0] = 0, 0.0
-    n_steps = min(int(steps.cursor[COUNT]) + 1, n)
-    steps.cursor[PLACE], steps.cursor[COUNT] = place, n_steps
-    is_finite = n_steps < n or _learn(algorithm, agent, transition, next_action, place, n)
+        _end_block(algorithm, agent.settings.gamma)
     if transition.ended:
-        n_steps = min(n_steps, n - 1)
-        while n_steps > 0:
-            is_finite &= _learn(algorithm, agent, transition, next_action, place, n_steps)
-            n_steps -= 1
-        steps.cursor[PLACE], steps.cursor[COUNT], block[0] = 0, 0, 0.0
-    return is_finite
+        total += _learn_the_rest(algorithm, agent, transition, next_action)
+    return np.isfinite(total)
+
+
+@kernel
+def _end_block(algorithm: NStepSarsaState, gamma: float) -> None:
+    """Sum the present block's rewards from each of its slots to its end, and begin another one if it is full."""
+    steps, later = algorithm.steps, 0.0
+    for place in range(int(steps.cursor[PLACE]) - 1, -1, -1):
+        step = steps.ring[np.uint32(place)]
+        later = step["reward"] + gamma * later
+        step["reward"] = later
+    if steps.cursor[PLACE] == steps.ring.size:
+        steps.cursor[PLACE], algorithm.block[0] = 0, 0.0
+
+
+@kernel
+def _learn_the_rest(algorithm: NStepSarsaState, agent: AgentArrays, transition: Transition, next_action: int) -> float:
+    """Learn from the steps that fewer than n steps have followed, the first one first, and return the values' sum."""
+    steps, powers, n, total = algorithm.steps, algorithm.powers, algorithm.steps.ring.size, 0.0
+    n_steps = min(int(steps.cursor[COUNT]), n - 1)
+    while n_steps > 0:
+        place, rewards = int(steps.cursor[PLACE]) - n_steps, 0.0
+        if place < 0:  # in the block before, whose sums end where the present one's begins
+            rewards = powers[-place] * algorithm.block[0]
+            place += n
+        step = steps.ring[place]
+        after = transition.discount * agent.q[transition.next_state, next_action]  # which may have just changed
+        total += _move(agent, step, rewards + step["reward"] + powers[n_steps - 1] * after)
+        n_steps -= 1
+    steps.cursor[PLACE], steps.cursor[COUNT], algorithm.block[0] = 0, 0, 0.0
+    return total
 
 
 register_algorithm(NStepSarsaState, update=update, on_policy=True, keeps_maxima=True)
