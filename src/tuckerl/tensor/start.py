@@ -143,11 +143,12 @@ class Start:
         """The factors of the truncated higher-order SVD, (I_n, r_n) each."""
         return [self._own[-self.ranks[0] :].T, *self.columns(self.factors)[1:]]
 
-    @cached_property
+    @property
     def core(self) -> Floats:
         """The core that goes with those, (r_0, ..., r_{N-1})."""
-        rows = self._projected[: math.prod(self.ranks[1:]) * self._X.shape[0]].reshape(-1, self._X.shape[0])
-        return np.moveaxis((rows @ self.hosvd[0]).reshape(*self.ranks[1:], self.ranks[0]), -1, 0)
+        size = self._X.shape[0]
+        rows = self._projected[: math.prod(self.ranks[1:]) * size].reshape(-1, size)
+        return (self._own[-self.ranks[0] :] @ rows.T).reshape(self.ranks)
 
     @property
     def fit(self) -> float:

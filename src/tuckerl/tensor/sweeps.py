@@ -64,17 +64,21 @@ def find_factors(
         factor = factors[places[n_modes - stage if mode == 0 and not is_sweep else mode] :]
         size, rank = sizes[mode], ranks[mode]
         if stage >= first:
-            fibres, length = buffers[2], n
+            fibres = buffers[2]
+            length = n
+            has_rows = is_sweep or stage >= n_modes - 1
             if is_sweep or stage == n_modes:
                 length = _project(tools, projected, n, sizes, ranks, places, mode, factors, buffers)
-            elif mode in (0, n_modes - 1):
+                if not is_sweep:
+                    copy(fibres[:length], out)
+            elif mode == 0 or has_rows:
                 fibres = X
             else:
-                _rows_of_fibres(X, sizes, mode, fibres)
-            if stage == n_modes:
-                copy(fibres[:length], out)
-            has_rows, spare = stage > 0 or is_sweep, buffers[3]
-            one = leading(tools, fibres, has_rows, size, length // size, rank, factor, squares[stage], room, spare)
+                n_before = 1
+                for earlier in range(mode):
+                    n_before *= sizes[earlier]
+                _to_front(X, n_before, size, n // (n_before * size), fibres)
+            one = leading(tools, fibres, has_rows, size, length // size, rank, factor, squares[stage], room, buffers[3])
             status = max(status, one)
             if status == FAILED:
                 break
@@ -128,28 +132,6 @@ def _project(
         multiply(tools, factors[places[later] :], False, X, True, target, ranks[later], n_others, sizes[later])
         X, n = target, ranks[later] * n_others
     return n
-
-
-@routine
-def _rows_of_fibres(X: FloatArray, sizes: IntArray, mode: int, rows: FloatArray) -> None:
-    """Write a tensor's fibres of one mode as rows.
-
-    Parameters
-    ----------
-    X : (I_0 * ... * I_{N-1},) float64
-    sizes : (N,) int64
-    mode : int
-    rows : (M,) float64
-        Written.
-    """
-    n_behind = 1
-    for later in range(mode + 1, sizes.size):
-        n_behind *= sizes[later]
-    size = sizes[mode]
-    for block in range(0, X.size, size * n_behind):
-        for i in range(n_behind):
-            for j in range(size):
-                rows[block + i * size + j] = X[block + j * n_behind + i]
 
 
 @routine
