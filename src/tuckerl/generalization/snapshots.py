@@ -7,9 +7,11 @@ other factors see, so rows that stood still may be replaced by a triangular fact
 those that nobody ever touched by at most A (zeros need none). So the step's cost follows what was visited lately.
 """
 
+import functools
 import math
 
 import numpy as np
+import scipy.linalg
 
 from tuckerl.generalization.change_log import ChangeLog, restart_log
 from tuckerl.generalization.log_reading import (
@@ -66,9 +68,11 @@ class Snapshots:
         changed = np.flatnonzero(place >= 0)
         place[changed] = np.arange(changed.size)
         self.changed = self.states[changed]
-        fixed = np.concatenate([self._still_rows(base[place < 0], unit), self._untouched_rows(unit)])
-        tensor = np.empty((changed.size + len(fixed), base.shape[1], places.size, self._n_agents))
-        tensor[changed.size :] = fixed[:, :, None, :]
+        still, untouched = self._still_rows(base[place < 0], unit), self._untouched_rows(unit)
+        n, n_known = changed.size, changed.size + len(still)
+        tensor = np.empty((n_known + len(untouched), base.shape[1], places.size, self._n_agents))
+        tensor[n:n_known] = still[:, :, None]
+        tensor[n_known:] = untouched[:, :, None, None]
         latest = np.empty((changed.size, places.size), dtype=np.int64)
         for agent, log in enumerate(logs):
             find_latest(latest, self._position, place, log, places, _n_entries(log, first))
@@ -185,24 +189,21 @@ class Snapshots:
         return differing
 
     def _still_rows(self, rows: FloatArray, unit: float) -> FloatArray:
-        """Return what stands for the touched rows that did not change in the window: (at most A x N, A, N)."""
+        """Return what stands for the touched rows that did not change: (at most A x N, A, N), or 1 for N equal ones."""
         if self._n_agents > 1 and (rows == rows[:, :, :1]).all():  # as after a window that has shared all tables
-            return np.repeat(_equivalent_rows(rows[:, :, 0] * unit)[:, :, None], self._n_agents, axis=2)
+            return _equivalent_rows(rows[:, :, 0] * unit)[:, :, None]
         return _equivalent_rows(rows * unit)
 
     def _untouched_rows(self, unit: float) -> FloatArray:
-        """Return what stands for the rows that nobody ever touched: (at most A, A, N)."""
+        """Return what stands for the rows that nobody ever touched: (at most A, A)."""
         n_states, n_actions = self._initial_q.shape
         n_untouched = n_states - self.states.size
         first = one_number(self._initial_q)
         if first is not None:
-            value = first * unit
-            n_rows = 1 if value != 0.0 and n_untouched else 0
-            rows = np.full((n_rows, n_actions), value * np.sqrt(n_untouched))
-        else:
-            untouched: BoolArray = self._position < 0
-            rows = _equivalent_rows(self._initial_q[untouched] * unit)
-        return np.repeat(rows[:, :, None], self._n_agents, axis=2)
+            n_rows = 1 if first * unit != 0.0 and n_untouched else 0
+            return np.full((n_rows, n_actions), first * unit * math.sqrt(n_untouched))
+        untouched: BoolArray = self._position < 0
+        return _equivalent_rows(self._initial_q[untouched] * unit)
 
 
 def _equivalent_rows(rows: FloatArray) -> FloatArray:
@@ -210,8 +211,16 @@ def _equivalent_rows(rows: FloatArray) -> FloatArray:
     length = math.prod(rows.shape[1:])
     if len(rows) <= length:
         return rows
-    factor = np.asarray(np.linalg.qr(rows.reshape(-1, length), mode="r"))
+    reflected = scipy.linalg.lapack.dgeqrf(rows.reshape(-1, length))[0]  # R, and what Q is made of below it
+    factor: FloatArray = reflected[:length] * _upper(length)
     return factor.reshape(-1, *rows.shape[1:])
+
+
+@functools.cache
+def _upper(n: int) -> FloatArray:
+    """Return an (n, n) matrix of ones on and above the diagonal, and zeros below it."""
+    ones: FloatArray = np.triu(np.ones((n, n)))
+    return ones
 
 
 def _n_entries(log: ChangeLog, place: int) -> int:
