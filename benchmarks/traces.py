@@ -1,23 +1,27 @@
-"""SARSA(lambda): the postponed sweep against the literal one, itself in C, and lists of active traces."""
+"""Learners with traces: the postponed sweep against the literal one, itself in C, and lists of active traces."""
 
 import ctypes
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from benchmarks import c_peer
 from benchmarks.timing import Row, compare, seconds
-from tuckerl import SarsaLambda, TabularMDP
+from tuckerl import SarsaLambda, TabularMDP, TrueOnlineSarsaLambda, WatkinsQLambda
 from tuckerl.types import FloatArray, IntArray
 
 SIZES = ((110, 21), (1404, 4), (36864, 25))
-EPISODES, HORIZON = 200, 500
+EPISODES, MORE, HORIZON = 200, 1000, 500
 ALPHA, GAMMA, LAMBDA, EPSILON = 0.1, 0.95, 0.95, 0.1
+PARAMETERS = {"alpha": ALPHA, "gamma": GAMMA, "lambda_": LAMBDA}
+LISTS = "C, active list, cut 1e-6"
 
 
 def rows() -> list[Row]:
     """Time a step at the sizes of the paper's three tables, and from 110 to a million states."""
     found = [row for size in SIZES for row in _rows(*size)]
+    found += [row for size in SIZES[:2] for row in _further_rows(world(*size))]
     for name, make in (("a grid", grid), ("anywhere", world)):
         small, large = _step_seconds(make(110, 4), 400), _step_seconds(make(1_000_000, 4), 400)
         what = f"a step {name}: 1,000,000 states, 4 actions"
@@ -54,7 +58,8 @@ def _step_seconds(problem: TabularMDP, episodes: int) -> float:
 
 def against_c() -> list[Row]:
     """Time a step at the two smaller sizes against C alone."""
-    return [row for size in SIZES[:2] for row in _rows_against_c(world(*size))]
+    problems = [world(*size) for size in SIZES[:2]]
+    return [row for problem in problems for row in (*_rows_against_c(problem), *_further_rows(problem))]
 
 
 def _rows(n_states: int, n_actions: int) -> list[Row]:
@@ -83,21 +88,52 @@ def _rows_against_c(problem: TabularMDP) -> list[Row]:
         table: FloatArray = _learner(problem, epsilon).learn(EPISODES).q[0]
         return table
 
-    same, lists = _in_c(problem, "postponed", EPSILON), _in_c(problem, "active_list", EPSILON)
-    wide = _in_c(problem, "active_list", 1.0)  # random actions visit the most pairs: long lists
+    source = "sarsa_lambda.c"
+    same, lists = _in_c(problem, source, "postponed"), _in_c(problem, source, "active_list")
+    wide = _in_c(problem, source, "active_list", epsilon=1.0)  # random actions visit the most pairs: long lists
     if same is None or lists is None or wide is None:
         return [Row(what, "step", seconds(ours) / steps, c_peer.NO_COMPILER, None, None)]
     if not np.allclose(same(), ours(), rtol=1e-9, atol=1e-9):
         raise RuntimeError("the loop in C does something else than the kernel: its time says nothing")
     return [
         compare(what, "step", ours, "the same in C", same, units=steps),
-        compare(what, "step", ours, "C, active list, cut 1e-6", lists, units=steps),
-        compare(f"{what}, epsilon 1", "step", lambda: ours(1.0), "C, active list, cut 1e-6", wide, units=steps),
+        compare(what, "step", ours, LISTS, lists, units=steps),
+        compare(f"{what}, epsilon 1", "step", lambda: ours(1.0), LISTS, wide, units=steps),
     ]
 
 
-def _in_c(problem: TabularMDP, name: str, epsilon: float) -> Callable[[], FloatArray] | None:
-    library = c_peer.compiled("sarsa_lambda.c")
+def _further_rows(problem: TabularMDP) -> list[Row]:
+    """Time Watkins' Q(lambda), whose traces are cut, and true online SARSA(lambda) against the same in C."""
+    kinds = {
+        "Watkins' Q(lambda)": (
+            WatkinsQLambda,
+            "watkins_q_lambda.c",
+            {"the same in C": "postponed", LISTS: "active_list"},
+        ),
+        "true online": (TrueOnlineSarsaLambda, "true_online_sarsa_lambda.c", {"the same in C": "postponed"}),
+    }
+    found = []
+    for name, (kind, source, peers) in kinds.items():
+        what = f"{name}, {problem.n_states} x {problem.n_actions}"
+
+        def ours(kind: Any = kind) -> FloatArray:
+            table: FloatArray = kind(problem, **PARAMETERS, epsilon=EPSILON, seed=0).learn(MORE).q[0]
+            return table
+
+        for peer, function in peers.items():
+            theirs = _in_c(problem, source, function, episodes=MORE)
+            if theirs is None:
+                return [Row(what, "step", seconds(ours) / (MORE * HORIZON), c_peer.NO_COMPILER, None, None)]
+            if function == "postponed" and not np.allclose(theirs(), ours(), rtol=1e-9, atol=1e-9):
+                raise RuntimeError("the loop in C does something else than the kernel: its time says nothing")
+            found.append(compare(what, "step", ours, peer, theirs, units=MORE * HORIZON))
+    return found
+
+
+def _in_c(
+    problem: TabularMDP, source: str, name: str, *, epsilon: float = EPSILON, episodes: int = EPISODES
+) -> Callable[[], FloatArray] | None:
+    library = c_peer.compiled(source)
     if library is None:
         return None
     outcomes = [np.ascontiguousarray(part) for part in (problem.arrays.next_state, problem.arrays.reward)]
@@ -106,7 +142,7 @@ def _in_c(problem: TabularMDP, name: str, epsilon: float) -> Callable[[], FloatA
         q = np.zeros((problem.n_states, problem.n_actions))
         getattr(library, name)(
             *map(c_peer.pointer, outcomes),
-            *map(ctypes.c_int64, (problem.n_states, problem.n_actions, HORIZON, EPISODES)),
+            *map(ctypes.c_int64, (problem.n_states, problem.n_actions, HORIZON, episodes)),
             *map(ctypes.c_double, (ALPHA, GAMMA, LAMBDA, epsilon)),
             *map(c_peer.pointer, (c_peer.agents_stream(0), q)),
         )
