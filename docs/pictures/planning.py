@@ -15,7 +15,8 @@ import matplotlib.pyplot as plt  # the backend is chosen first
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
-from tests.learners.book_problems import dyna_maze, shortcut_maze
+from tests.learners.book_problems import dyna_maze, greedy_length, shortcut_maze, shortest_path
+from tests.learners.worlds import prioritized_sweeping_twin
 
 import tuckerl
 from tuckerl.errors import StepCapWarning
@@ -84,7 +85,49 @@ def draw_dyna_q_plus() -> None:
     save(figure, "dyna-q-plus")
 
 
+SEEDS = 5
+
+
+def updates_until_short(scale: int) -> tuple[list[int], list[int]]:
+    """Return how many updates each seed's Dyna-Q and prioritized sweeping need until a short way is found."""
+    problem = dyna_maze(scale)
+    settings: dict[str, Any] = {"alpha": 0.5}
+    enough = int(1.2 * shortest_path(problem))
+    plain, sweeping = [], []
+    for seed in range(SEEDS):
+        learner = tuckerl.DynaQ(problem, planning_steps=4, seed=seed, **settings)
+        while greedy_length(problem, learner.q[0], enough + 1) > enough:
+            learner.learn(1)
+        plain.append(5 * int(learner.steps.sum()))
+        slow = prioritized_sweeping_twin(problem, planning_steps=5, seed=seed, **settings)  # the tests' twin: it counts
+        while greedy_length(problem, slow.q, enough + 1) > enough:
+            slow.episode(np.ones(problem.n_actions))
+        sweeping.append(slow.n_updates)
+    return plain, sweeping
+
+
+def draw_prioritized_sweeping() -> None:
+    """Draw example 8.4: updates until a short way is found, in mazes of more and more cells."""
+    figure, axes = plt.subplots(figsize=(6.6, 3.4))
+    scales = (1, 2, 3)
+    n_states = np.array([dyna_maze(scale).n_states for scale in scales])
+    found = np.array([updates_until_short(scale) for scale in scales])  # (scale, learner, seed)
+    for number, label in enumerate(("Dyna-Q", "Prioritized sweeping")):
+        style = ACTION_STYLES[number]
+        line(axes, n_states, np.median(found[:, number], axis=1), style, label, 1)
+        shifted = np.repeat(n_states[:, None] * (0.97, 1.03)[number], SEEDS, axis=1)
+        axes.plot(shifted, found[:, number], style.marker, color=style.colour, markersize=3, alpha=0.5)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xticks(n_states, labels=[str(n) for n in n_states])
+    axes.set_yticks([1e3, 1e4, 1e5], labels=["1,000", "10,000", "100,000"])
+    axes.minorticks_off()
+    plain(axes, "states", "updates")
+    save(figure, "prioritized-sweeping")
+
+
 if __name__ == "__main__":
     warnings.simplefilter("ignore", StepCapWarning)
     draw_dyna_q()
     draw_dyna_q_plus()
+    draw_prioritized_sweeping()

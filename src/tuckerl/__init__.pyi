@@ -20,6 +20,7 @@ from tuckerl.learners.haql import HAQL as HAQL
 from tuckerl.learners.loading import load as load
 from tuckerl.learners.monte_carlo import MonteCarlo as MonteCarlo
 from tuckerl.learners.n_step_sarsa import NStepSarsa as NStepSarsa
+from tuckerl.learners.prioritized_sweeping import PrioritizedSweeping as PrioritizedSweeping
 from tuckerl.learners.q_learning import QLearning as QLearning
 from tuckerl.learners.r_learning import RLearning as RLearning
 from tuckerl.learners.sarsa import Sarsa as Sarsa
@@ -83,6 +84,7 @@ __all__ = [
     "MonteCarlo",
     "NStepSarsa",
     "OwnDistribution",
+    "PrioritizedSweeping",
     "QLearning",
     "RLearning",
     "Sarsa",

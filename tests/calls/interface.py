@@ -184,6 +184,7 @@ _LEARNERS: list[tuple[Any, dict[str, Sequence[Make]]]] = [
     (tuckerl.DynaH, _PLANS),
     (tuckerl.DynaQ, {"planning_steps": these(0, 5)}),
     (tuckerl.DynaQPlus, {"planning_steps": these(0, 5), "kappa": these(0.0, 0.1)}),
+    (tuckerl.PrioritizedSweeping, {"planning_steps": these(1, 5), "theta": these(0.0, 0.1)}),
     (tuckerl.TeamQ, _TRACES | _TEAM | {"env": [rescue, lambda: rescue, mdp]}),
     (tuckerl.ExpectedSarsa, {}),
     (tuckerl.DoubleQLearning, {}),

@@ -9,12 +9,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.learners.book_problems import blocking_maze, dyna_maze, shortcut_maze
+from tests.learners.book_problems import blocking_maze, dyna_maze, greedy_length, shortcut_maze
 from tests.learners.test_masks import masked_mdp
 from tests.learners.test_update import one_way
-from tests.learners.worlds import corridor, dyna_q_plus_twin, dyna_q_twin, random_maze, random_mdp
+from tests.learners.worlds import (
+    corridor,
+    dyna_q_plus_twin,
+    dyna_q_twin,
+    prioritized_sweeping_twin,
+    random_maze,
+    random_mdp,
+)
 from tests.reference import tensor_step
-from tuckerl import DynaQ, DynaQPlus, TabularMDP, TensorStep
+from tuckerl import DynaQ, DynaQPlus, PrioritizedSweeping, TabularMDP, TensorStep
 from tuckerl.training.learner import Learner
 
 PROBLEMS = {
@@ -26,13 +33,22 @@ PROBLEMS = {
     "masked": masked_mdp(3),
     "masked and stochastic": masked_mdp(4, n_outcomes=2),
 }
-TWINS: dict[Any, Any] = {DynaQ: dyna_q_twin, DynaQPlus: dyna_q_plus_twin}
+TWINS: dict[Any, Any] = {
+    DynaQ: dyna_q_twin,
+    DynaQPlus: dyna_q_plus_twin,
+    PrioritizedSweeping: prioritized_sweeping_twin,
+}
 OWN: dict[Any, list[dict[str, Any]]] = {
     DynaQ: [{"planning_steps": 0}, {"planning_steps": 1}, {"planning_steps": 10}],
     DynaQPlus: [
         {"planning_steps": 0, "kappa": 1.0},
         {"planning_steps": 1, "kappa": 0.1},
         {"planning_steps": 10, "kappa": 0.0},
+    ],
+    PrioritizedSweeping: [
+        {"planning_steps": 1, "theta": 0.0},
+        {"planning_steps": 10, "theta": 0.0},
+        {"planning_steps": 5, "theta": 0.2},
     ],
 }
 NUMBERS = [(0.1, 0.95), (1.0, 0.9), (0.5, 1.0)]
@@ -172,6 +188,37 @@ def test_example_8_2_dyna_q_plus_finds_the_new_way_sooner_where_the_old_one_is_b
     assert min(found[DynaQPlus]) > 20, "each of them finds it"
 
 
+def test_example_8_4_prioritized_sweeping_needs_fewer_updates_than_dyna_q() -> None:
+    # Five updates for each step at most, as in the book, until the greedy way is the shortest. Half of the actions are
+    # random: so what counts is how fast values spread, not how long it takes to come upon the shortest way.
+    problem = dyna_maze()
+    settings: dict[str, Any] = {"alpha": 0.5, "epsilon": 0.5}
+    plain, sweeping = [], []
+    for seed in range(6):
+        learner = DynaQ(problem, planning_steps=4, seed=seed, **settings)
+        while greedy_length(problem, learner.q[0], 15) > 14:
+            learner.learn(1)
+        plain.append(5 * learner.steps.sum())
+        slow = prioritized_sweeping_twin(problem, planning_steps=5, seed=seed, **settings)  # it counts
+        while greedy_length(problem, slow.q, 15) > 14:
+            slow.episode(np.ones(4))
+        sweeping.append(slow.n_updates)
+    assert np.median(sweeping) < 0.5 * np.median(plain)
+
+
+def test_prioritized_sweeping_by_hand() -> None:
+    # A line of three; alpha 1, gamma 0.5, theta 0.5. The steps' pairs have the priorities 1, 1 and 10. With two updates
+    # for each step: (0) = -1; (1) = -1, and (0) changes by |-1 - 0.5 + 1| = 0.5, which is not above theta; (2) = 10,
+    # and (1), with |-1 + 5 + 1| = 5, is next: (1) = 4, and (0), with |-1 + 2 + 1| = 2, waits in the queue.
+    settings: dict[str, Any] = {"planning_steps": 2, "theta": 0.5, "alpha": 1.0, "gamma": 0.5, "seed": 0}
+    learner = PrioritizedSweeping(one_way(3), **settings).learn(1)
+    np.testing.assert_array_equal(learner.q[0, :, 0], [-1.0, 4.0, 10.0])
+    waiting = learner.declared[0]["queue"].to_arrays()
+    assert (waiting["pair"].tolist(), waiting["priority"].tolist()) == ([0], [2.0])
+    np.testing.assert_array_equal(learner.learn(1).q[0, :, 0], [1.0, 4.0, 10.0])  # all is known
+    np.testing.assert_array_equal(learner.learn(5).q[0, :, 0], [1.0, 4.0, 10.0])
+
+
 def learns(kind: type[Learner], **parameters: Any) -> Learner:
     return kind(corridor(), seed=0, **parameters)
 
@@ -183,6 +230,8 @@ def learns(kind: type[Learner], **parameters: Any) -> Learner:
         (DynaQPlus, {"kappa": -0.1}, "kappa must be a finite number of at least 0; got -0.1"),
         (DynaQPlus, {"kappa": float("nan")}, "kappa must be a finite number of at least 0"),
         (DynaQPlus, {"planning_steps": 2**70}, "planning_steps must be"),
+        (PrioritizedSweeping, {"theta": -1e-9}, "theta must be a finite number of at least 0; got -1e-09"),
+        (PrioritizedSweeping, {"planning_steps": 0}, "planning_steps must be a whole number from 1 to .*; got 0"),
         (DynaQ, {"kappa": 0.1}, "DynaQ has no parameter 'kappa'"),
     ],
 )

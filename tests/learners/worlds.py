@@ -7,6 +7,7 @@ import numpy as np
 
 from tests.reference.dyna_h import DynaHLearner
 from tests.reference.dyna_q import DynaQLearner, DynaQPlusLearner
+from tests.reference.prioritized_sweeping import PrioritizedSweepingLearner
 from tests.reference.q_learning import QLearner, Table, World
 from tests.reference.rng import Stream
 from tests.reference.sarsa import SarsaLearner
@@ -316,3 +317,10 @@ def dyna_q_plus_twin(
 ) -> DynaQPlusLearner:
     """The twin of ``DynaQPlus(problem, ...)``'s agent."""
     return DynaQPlusLearner(*_common(problem, **settings), planning_steps=planning_steps, kappa=kappa)
+
+
+def prioritized_sweeping_twin(
+    problem: TabularMDP | Simulator, *, planning_steps: int = 10, theta: float = 1e-4, **settings: Any
+) -> PrioritizedSweepingLearner:
+    """The twin of ``PrioritizedSweeping(problem, ...)``'s agent."""
+    return PrioritizedSweepingLearner(*_common(problem, **settings), planning_steps=planning_steps, theta=theta)

@@ -56,6 +56,7 @@ LEARNERS: list[tuple[type[Learner], dict[str, Any]]] = [
 SLOWER: list[tuple[type[Learner], dict[str, Any]]] = [
     (tuckerl.DynaH, {"planning_steps": 5}),
     (tuckerl.DynaQ, {"planning_steps": 5}),
+    (tuckerl.PrioritizedSweeping, {"theta": 0.0}),
     (ExpectedSarsa, {}),
     (tuckerl.ExpectedSarsa, {}),
     (tuckerl.DoubleQLearning, {}),

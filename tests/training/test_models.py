@@ -14,14 +14,16 @@ from tests.training import crafted_files as crafted
 from tests.training.crafted_files import Parts, take_apart
 from tests.training.test_faults import Faulty
 from tests.training.test_resume import assert_same
-from tuckerl import DynaQ, DynaQPlus, TensorStep, load
+from tuckerl import DynaQ, DynaQPlus, PrioritizedSweeping, TensorStep, load
 from tuckerl.errors import EnvironmentFaultError, ImmutableError, SavedFileError
+from tuckerl.learners.priority_queue import insert
 
 PROBLEM = random_mdp(31, n_states=9, n_outcomes=2, random_start=True)
 STEP = TensorStep(every=4, ranks=(4, 2, 3, 1), weights="constant", share="mean")
 KINDS: dict[str, tuple[Any, dict[str, Any]]] = {
     "dyna-q": (DynaQ, {"planning_steps": 3}),
     "dyna-q-plus": (DynaQPlus, {"planning_steps": 3, "kappa": 0.1}),
+    "prioritized-sweeping": (PrioritizedSweeping, {"planning_steps": 2, "theta": 0.0}),  # so that pairs stay queued
 }
 
 pytestmark = pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
@@ -37,7 +39,11 @@ def assert_same_models(one: Any, other: Any) -> None:
     assert_same(one, other)
     for ours, theirs in zip(one.declared, other.declared, strict=True):
         for name, array in ours.items():
-            np.testing.assert_array_equal(array, theirs[name], err_msg=name)
+            if name == "queue":
+                array, other_array = (queue.to_arrays() for queue in (array, theirs[name]))
+                np.testing.assert_equal(array, other_array)
+            else:
+                np.testing.assert_array_equal(array, theirs[name], err_msg=name)
 
 
 @pytest.mark.parametrize("name", KINDS)
@@ -115,6 +121,18 @@ LIES: list[tuple[str, str, Callable[[np.ndarray], Any], str]] = [
     ("dyna-q-plus", "model.last_tried", put(0, slice(None)), "pairs that a model knows must have been tried"),
     ("dyna-q-plus", "model.last_tried", put(2**61), "the last one in its latest step"),
     ("dyna-q-plus", "model.clock", put(0), "the last one in its latest step"),
+    (
+        "prioritized-sweeping",
+        "model.outcome",
+        change_record("next_state", 5),
+        "outcomes of a model must lead to states",
+    ),
+    ("prioritized-sweeping", "model.outcome", change_record("next_state", 4), "predecessors of a model's states"),
+    ("prioritized-sweeping", "model.outcome", change_record("discount", 0.0), "predecessors of a model's states"),
+    ("prioritized-sweeping", "model.known", put(False, slice(None)), "nothing of pairs that it does not know"),
+    ("prioritized-sweeping", "predecessors.first", put(11), "first must be at least 0 and at most 10"),
+    ("prioritized-sweeping", "predecessors.following", put(-1), "following must be at least 0 and at most 10"),
+    ("prioritized-sweeping", "predecessors.preceding", put(1, slice(None)), "predecessors of a model's states"),
 ]
 
 
@@ -131,6 +149,31 @@ def test_a_model_that_contradicts_itself_is_refused(
     assert re.search(message, str(caught.value))
 
 
+def test_a_queue_of_pairs_that_the_model_does_not_know_is_refused() -> None:
+    held = make("prioritized-sweeping").learn(1).declared[0]
+    unknown = int(np.flatnonzero(~held["model.known"])[0])
+    make("prioritized-sweeping").check_declared(held)
+    insert(held["queue"], unknown, 1.0)
+    with pytest.raises(SavedFileError, match="a queue must hold pairs that the model knows"):
+        make("prioritized-sweeping").check_declared(held)
+
+
+def test_predecessors_follow_the_discounts() -> None:
+    # With bootstrap_terminal a state's value counts for pairs that end, too; with gamma 0 for none.
+    learner = make("prioritized-sweeping", gamma=0.5).learn(8)
+    n_linked = [np.count_nonzero(held["predecessors.first"]) for held in learner.declared]
+    learner.bootstrap_terminal = True
+    for held, before in zip(learner.declared, n_linked, strict=True):
+        assert np.count_nonzero(held["predecessors.first"]) >= before
+        learner.check_declared(held)
+        assert (held["model.outcome"]["discount"][held["model.known"]] == 0.5).all()
+    other = make("prioritized-sweeping", gamma=0.5).learn(8)
+    other.gamma = 0.0
+    for held in other.declared:
+        assert not held["predecessors.first"].any()
+        other.check_declared(held)
+
+
 # Parameters that are assigned later
 
 CHANGES: list[tuple[str, str, Any]] = [
@@ -139,6 +182,10 @@ CHANGES: list[tuple[str, str, Any]] = [
     ("dyna-q", "bootstrap_terminal", True),
     ("dyna-q-plus", "kappa", 0.5),
     ("dyna-q-plus", "gamma", 0.3),
+    ("prioritized-sweeping", "planning_steps", 5),
+    ("prioritized-sweeping", "theta", 3.0),
+    ("prioritized-sweeping", "gamma", 0.3),
+    ("prioritized-sweeping", "bootstrap_terminal", True),
 ]
 
 

@@ -94,6 +94,12 @@ LEARNERS = (
         "DynaQPlus", "tuckerl.learners.dyna_q_plus", "Dyna-Q+", "Sutton 1990; Sutton and Barto 2018, section 8.3"
     ),
     LearnerEntry(
+        "PrioritizedSweeping",
+        "tuckerl.learners.prioritized_sweeping",
+        "Prioritized sweeping",
+        "Moore and Atkeson 1993; Peng and Williams 1993; Sutton and Barto 2018, section 8.4",
+    ),
+    LearnerEntry(
         "TeamQ",
         "tuckerl.learners.team_q",
         "Team-Q",
