@@ -9,6 +9,7 @@ BENCHMARKS = (
     "steps",
     "parts",
     "kernels",
+    "planning",
     "traces",
     "toy_text",
     "decomposition",

@@ -15,8 +15,9 @@ import matplotlib.pyplot as plt  # the backend is chosen first
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
-from tests.learners.book_problems import dyna_maze, greedy_length, shortcut_maze, shortest_path
+from tests.learners.book_problems import dyna_maze, greedy_length, river_swim, shortcut_maze, shortest_path
 from tests.learners.worlds import prioritized_sweeping_twin
+from tests.reference.value_iteration import average_reward, model_of
 
 import tuckerl
 from tuckerl.errors import StepCapWarning
@@ -126,8 +127,32 @@ def draw_prioritized_sweeping() -> None:
     save(figure, "prioritized-sweeping")
 
 
+def draw_r_max() -> None:
+    """Draw what R-max and two others earn in RiverSwim, means of 20 agents."""
+    figure, axes = plt.subplots(figsize=(6.6, 3.4))
+    problem, steps, episodes = river_swim(steps=500), 500, 40
+    agents: dict[str, Any] = {
+        "R-max, m = 20": tuckerl.RMax(problem, m=20, n_agents=20, seed=0),
+        "Q-learning, optimistic": tuckerl.QLearning(problem, initial_q=200_000.0, n_agents=20, seed=0),
+        "Q-learning": tuckerl.QLearning(problem, n_agents=20, seed=0),
+    }
+    for (label, agent), style in zip(agents.items(), ACTION_STYLES, strict=False):
+        earned = agent.learn(episodes).returns.mean(axis=1) / steps
+        line(axes, steps * np.arange(1, episodes + 1), earned, style, label, 3)
+    model = model_of(problem)
+    best = average_reward(model, np.ones(6, dtype=np.int64))
+    axes.axhline(best, color="0.6", linewidth=1)
+    axes.annotate(f"the best: {best:.0f}", (20_900, best), va="center", color=TEXT, fontsize=8, annotation_clip=False)
+    axes.set_ylim(-20, 760)
+    axes.set_xlim(0, 20_800)
+    plain(axes, "step", "reward per step")
+    axes.legend(frameon=False, labelcolor=TEXT, loc="lower right", bbox_to_anchor=(1.0, 0.06))
+    save(figure, "r-max")
+
+
 if __name__ == "__main__":
     warnings.simplefilter("ignore", StepCapWarning)
     draw_dyna_q()
     draw_dyna_q_plus()
     draw_prioritized_sweeping()
+    draw_r_max()

@@ -23,6 +23,7 @@ from tuckerl.learners.n_step_sarsa import NStepSarsa as NStepSarsa
 from tuckerl.learners.prioritized_sweeping import PrioritizedSweeping as PrioritizedSweeping
 from tuckerl.learners.q_learning import QLearning as QLearning
 from tuckerl.learners.r_learning import RLearning as RLearning
+from tuckerl.learners.r_max import RMax as RMax
 from tuckerl.learners.sarsa import Sarsa as Sarsa
 from tuckerl.learners.sarsa_lambda import SarsaLambda as SarsaLambda
 from tuckerl.learners.team_q import TeamQ as TeamQ
@@ -87,6 +88,7 @@ __all__ = [
     "PrioritizedSweeping",
     "QLearning",
     "RLearning",
+    "RMax",
     "Sarsa",
     "SarsaLambda",
     "Simulator",

@@ -185,6 +185,7 @@ _LEARNERS: list[tuple[Any, dict[str, Sequence[Make]]]] = [
     (tuckerl.DynaQ, {"planning_steps": these(0, 5)}),
     (tuckerl.DynaQPlus, {"planning_steps": these(0, 5), "kappa": these(0.0, 0.1)}),
     (tuckerl.PrioritizedSweeping, {"planning_steps": these(1, 5), "theta": these(0.0, 0.1)}),
+    (tuckerl.RMax, {"r_max": these(None, 10.0), "m": these(1, 2), "tol": these(1e-6), "gamma": these(0.9, 0.0)}),
     (tuckerl.TeamQ, _TRACES | _TEAM | {"env": [rescue, lambda: rescue, mdp]}),
     (tuckerl.ExpectedSarsa, {}),
     (tuckerl.DoubleQLearning, {}),

@@ -92,3 +92,23 @@ def blocking_maze() -> ChangingMaze:
 def shortcut_maze() -> ChangingMaze:
     """Example 8.3."""
     return ChangingMaze(((0,), (0, 8)), 3000)
+
+
+def river_swim(steps: int) -> TabularMDP:
+    """RiverSwim (Strehl and Littman 2008): six places along a river, and one long episode.
+
+    Action 0 swims with the current, which always works; at the mouth it pays 5. Action 1 swims against it: 0.3 one
+    place on, 0.6 none, 0.1 one back; at the mouth 0.3 on, 0.7 none; at the spring it stays, which pays 10,000, with
+    0.3. The swimmer begins in the second or the third place.
+    """
+    next_state, probability, reward = np.zeros((6, 2, 3), np.int64), np.zeros((6, 2, 3)), np.zeros((6, 2, 3))
+    for s in range(6):
+        next_state[s, 0] = max(s - 1, 0)
+        next_state[s, 1] = max(s - 1, 0), s, min(s + 1, 5)
+        probability[s, 0] = 1.0, 0.0, 0.0
+        probability[s, 1] = {0: (0.0, 0.7, 0.3), 5: (0.7, 0.3, 0.0)}.get(s, (0.1, 0.6, 0.3))
+    reward[0, 0] = 5.0
+    reward[5, 1, 1] = 10_000.0
+    start = np.array([0.0, 0.5, 0.5, 0.0, 0.0, 0.0])
+    ends = np.zeros((6, 2, 3), dtype=np.bool_)
+    return TabularMDP(next_state, reward, ends, probability, start=start, max_episode_steps=steps)

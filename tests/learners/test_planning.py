@@ -17,11 +17,12 @@ from tests.learners.worlds import (
     dyna_q_plus_twin,
     dyna_q_twin,
     prioritized_sweeping_twin,
+    r_max_twin,
     random_maze,
     random_mdp,
 )
 from tests.reference import tensor_step
-from tuckerl import DynaQ, DynaQPlus, PrioritizedSweeping, TabularMDP, TensorStep
+from tuckerl import DynaQ, DynaQPlus, PrioritizedSweeping, RMax, TabularMDP, TensorStep
 from tuckerl.training.learner import Learner
 
 PROBLEMS = {
@@ -37,6 +38,7 @@ TWINS: dict[Any, Any] = {
     DynaQ: dyna_q_twin,
     DynaQPlus: dyna_q_plus_twin,
     PrioritizedSweeping: prioritized_sweeping_twin,
+    RMax: r_max_twin,
 }
 OWN: dict[Any, list[dict[str, Any]]] = {
     DynaQ: [{"planning_steps": 0}, {"planning_steps": 1}, {"planning_steps": 10}],
@@ -50,7 +52,9 @@ OWN: dict[Any, list[dict[str, Any]]] = {
         {"planning_steps": 10, "theta": 0.0},
         {"planning_steps": 5, "theta": 0.2},
     ],
+    RMax: [{"m": 1, "tol": 1e-13}, {"m": 3, "tol": 1e-13}, {"m": 10, "tol": 1e-13}],
 }
+STEP_TAKERS = [kind for kind in TWINS if kind is not RMax]
 NUMBERS = [(0.1, 0.95), (1.0, 0.9), (0.5, 1.0)]
 EPISODES = 6
 
@@ -71,11 +75,12 @@ def compare(kind: Any, problem: TabularMDP, **parameters: Any) -> None:
 @pytest.mark.parametrize("kind", TWINS)
 def test_planning_equals_the_twin(kind: Any, name: str, number: int) -> None:
     alpha, gamma = NUMBERS[number]
+    gamma = min(gamma, 0.95) if kind is RMax else gamma
     compare(kind, PROBLEMS[name], alpha=alpha, gamma=gamma, epsilon=1.0, initial_q=0.25, **OWN[kind][number])
 
 
 @pytest.mark.parametrize("ties", ["random", "first"])
-@pytest.mark.parametrize("kind", TWINS)
+@pytest.mark.parametrize("kind", STEP_TAKERS)
 def test_greedy_actions_equal_the_twin(kind: Any, ties: str) -> None:
     # Tables of updates by powers of two: no rounding, so greedy actions may be compared as well.
     own = {"kappa": 0.0} if kind is DynaQPlus else {}
@@ -85,7 +90,7 @@ def test_greedy_actions_equal_the_twin(kind: Any, ties: str) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
-@pytest.mark.parametrize("kind", TWINS)
+@pytest.mark.parametrize("kind", STEP_TAKERS)
 def test_the_tensor_step_equals_its_twin(kind: Any) -> None:
     problem, step = random_mdp(12, n_states=12, limit=5), TensorStep(every=4, ranks=(15, 2, 9, 1), floor=0.3, tol=1e-6)
     settings: dict[str, Any] = {"alpha": 0.3, "epsilon": 1.0, "initial_q": -0.75, "seed": 3, "planning_steps": 3}

@@ -9,6 +9,7 @@ from tests.reference.dyna_h import DynaHLearner
 from tests.reference.dyna_q import DynaQLearner, DynaQPlusLearner
 from tests.reference.prioritized_sweeping import PrioritizedSweepingLearner
 from tests.reference.q_learning import QLearner, Table, World
+from tests.reference.r_max import RMaxLearner
 from tests.reference.rng import Stream
 from tests.reference.sarsa import SarsaLearner
 from tests.reference.sarsa_lambda import SarsaLambdaLearner
@@ -324,3 +325,8 @@ def prioritized_sweeping_twin(
 ) -> PrioritizedSweepingLearner:
     """The twin of ``PrioritizedSweeping(problem, ...)``'s agent."""
     return PrioritizedSweepingLearner(*_common(problem, **settings), planning_steps=planning_steps, theta=theta)
+
+
+def r_max_twin(problem: TabularMDP | Simulator, *, m: int = 10, tol: float = 0.0, **settings: Any) -> RMaxLearner:
+    """The twin of ``RMax(problem, ...)``'s agent, which iterates until nothing moves."""
+    return RMaxLearner(*_common(problem, **settings), m=m)

@@ -133,3 +133,12 @@ def regret(model: Model, q: FloatArray, gamma: float) -> float:
     best = float(model.start @ optimal_values(model, gamma))
     reached = float(model.start @ policy_values(model, greedy_policy(model, q), gamma))
     return (best - reached) / abs(best)
+
+
+def average_reward(model: Model, policy: IntArray) -> float:
+    """What a policy earns a step in the long run, where nothing ends and all states are met again and again."""
+    states = np.arange(model.start.size)
+    transition = model.transition[states, policy]
+    equations = np.vstack([transition.T - np.eye(states.size), np.ones(states.size)])  # of the stationary distribution
+    share = np.linalg.lstsq(equations, np.append(np.zeros(states.size), 1.0), rcond=None)[0]
+    return float(share @ model.reward[states, policy])

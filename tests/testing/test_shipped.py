@@ -57,6 +57,7 @@ SLOWER: list[tuple[type[Learner], dict[str, Any]]] = [
     (tuckerl.DynaH, {"planning_steps": 5}),
     (tuckerl.DynaQ, {"planning_steps": 5}),
     (tuckerl.PrioritizedSweeping, {"theta": 0.0}),
+    (tuckerl.RMax, {"r_max": 100.0, "m": 2}),
     (ExpectedSarsa, {}),
     (tuckerl.ExpectedSarsa, {}),
     (tuckerl.DoubleQLearning, {}),

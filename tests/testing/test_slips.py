@@ -14,7 +14,7 @@ from tuckerl.errors import LearnerCheckError
 from tuckerl.testing import check_learner, slips
 from tuckerl.testing.interpreting import interpreted
 from tuckerl.testing.small_problems import masked, slippery
-from tuckerl.testing.subject import EVERY, Subject, tensor_step
+from tuckerl.testing.subject import EVERY, Subject
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.greedy_actions import best_value
@@ -104,7 +104,9 @@ def test_who_reaches_too_far_is_named(how: int, message: str, monkeypatch: pytes
 @pytest.mark.parametrize("kind", [QLearning, SarsaLambda, TeamQ, DynaH])
 def test_interpreted_kernels_do_what_compiled_ones_do(kind: Any) -> None:
     for problem in (slippery(), masked()):
-        python, compiled = (Subject(kind, {}).on(problem, n_agents=1, tensor_step=tensor_step()) for _ in range(2))
+        subject = Subject(kind, {})
+        step = subject.tensor_step()
+        python, compiled = (subject.on(problem, n_agents=1, tensor_step=step) for _ in range(2))
         state = python._state
         world, call = state.worlds[0], KernelCall(calls_python=True)
         agent = state.agent(0, EVERY - 1, 10**9, world.action_masks[0], python.algorithm_state, call)

@@ -99,6 +99,7 @@ LEARNERS = (
         "Prioritized sweeping",
         "Moore and Atkeson 1993; Peng and Williams 1993; Sutton and Barto 2018, section 8.4",
     ),
+    LearnerEntry("RMax", "tuckerl.learners.r_max", "R-max", "Brafman and Tennenholtz 2002", has_t_version=False),
     LearnerEntry(
         "TeamQ",
         "tuckerl.learners.team_q",

@@ -222,6 +222,11 @@ class TabularMDP(Problem):
         """Where an action may be taken, (S, A); None where all may."""
         return self.arrays.action_mask if self.arrays.action_mask.size else None
 
+    @property
+    def largest_reward(self) -> float:
+        """The largest reward of an outcome."""
+        return float(self.arrays.reward.max())
+
     def start_distribution(self) -> tuple[NDArray[Any], FloatArray]:
         """Return the states in which episodes may begin, (K,), and their probabilities, (K,)."""
         return self.arrays.start_state, np.diff(self.arrays.start_cumulative, prepend=0.0)

@@ -173,6 +173,11 @@ class Problem(Described):
         return None
 
     @property
+    def largest_reward(self) -> float | None:
+        """The largest reward that a step can pay; None where that is not known before playing."""
+        return None
+
+    @property
     def world_bytes(self) -> int:
         """Bytes of memory that each world takes, where these are not few."""
         return 0

@@ -6,14 +6,14 @@ import numpy as np
 
 from tuckerl.errors import LearnerCheckError
 from tuckerl.testing.small_problems import slippery
-from tuckerl.testing.subject import EVERY, Subject, tensor_step
+from tuckerl.testing.subject import EVERY, Subject
 from tuckerl.training.declared_state import DeclaredArray
 from tuckerl.training.learner import Learner
 
 
 def check_declarations(subject: Subject) -> None:
     """Check that what changes is declared, that values are shared, and that a distribution decides what is done."""
-    learner = subject.on(slippery(), n_agents=2, tensor_step=tensor_step())
+    learner = subject.on(slippery(), n_agents=2, tensor_step=subject.tensor_step())
     _check_undeclared(subject, learner)
     for declaration in learner.declare_state():
         if not isinstance(declaration, DeclaredArray):

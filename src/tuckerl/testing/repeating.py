@@ -9,7 +9,7 @@ import numpy as np
 from tuckerl.adapters.resolve import Environment
 from tuckerl.errors import LearnerCheckError
 from tuckerl.testing.small_problems import corridor, drift, slippery, stepped_corridor
-from tuckerl.testing.subject import EVERY, Subject, check_same, tensor_step
+from tuckerl.testing.subject import EVERY, Subject, check_same
 
 _FIRST, _MORE = 2 * EVERY + 3, EVERY  # the first part ends within a window
 _KEEP = (
@@ -27,7 +27,7 @@ def check_repeats(subject: Subject, env: Environment | None) -> None:
     _check_agents(subject)
     for problem in (slippery(), drift(), *own):
         several = 1 if subject.on(problem).problem.shares_world else 3
-        for n_agents, step in ((1, None), (several, tensor_step())):
+        for n_agents, step in ((1, None), (several, subject.tensor_step())):
             settings = {"n_agents": n_agents, "tensor_step": step}
             learners = [subject.on(problem, **settings).learn(_FIRST) for _ in range(2)]
             check_same(learners[0], learners[1], f"two of {subject.name} with the same seed must learn the same", _SEED)

@@ -16,7 +16,7 @@ import numpy as np
 from tuckerl.errors import LearnerCheckError
 from tuckerl.testing.interpreting import interpreted
 from tuckerl.testing.small_problems import masked, slippery
-from tuckerl.testing.subject import EVERY, Subject, tensor_step
+from tuckerl.testing.subject import EVERY, Subject
 from tuckerl.training.kernel_calls import KernelCall
 from tuckerl.training.loop import play
 
@@ -60,7 +60,7 @@ def _first_slip(subject: Subject) -> str:
     """Return the first access outside of an array in words, nothing if there is none."""
     slips: list[str] = []
     for problem in (slippery(), masked()):
-        state = (learner := subject.on(problem, n_agents=2, tensor_step=tensor_step()))._state
+        state = (learner := subject.on(problem, n_agents=2, tensor_step=subject.tensor_step()))._state
         call = KernelCall(calls_python=True)
         play_interpreted: Any = interpreted(play)  # now that all kernels are registered
         for number, world in enumerate(state.worlds):

@@ -32,10 +32,12 @@ class Subject:
         """Return a new learner in the corridor."""
         return self.on(corridor(), **chosen)
 
-
-def tensor_step() -> TensorStep:
-    """Return a step that weighs actions, and copies tables where there are several."""
-    return TensorStep(every=EVERY, ranks=(3, 2, 2, 1), floor=0.1)
+    def tensor_step(self) -> TensorStep:
+        """Return a step that weighs actions and copies tables, as far as that means something to the learner."""
+        learner = self.on_corridor()
+        weights = "paper" if learner.why_no_weights() is None else "none"
+        share = "max" if learner.why_no_sharing() is None else "none"
+        return TensorStep(every=EVERY, ranks=(3, 2, 2, 1), weights=weights, share=share, floor=0.1)
 
 
 def check_same(learner: Learner, other: Learner, what: str, advice: str) -> None:
