@@ -64,15 +64,19 @@ def test_going_on_from_a_file_or_a_copy_gives_the_same_bits(name: str, step: Any
 @pytest.mark.parametrize("name", KINDS)
 def test_an_episode_that_is_broken_off_leaves_no_trace(name: str) -> None:
     # The environment fails in the middle of an episode; what that episode changed in tables and models is undone.
-    learner, whole = make(name, Faulty({17, 40, 41}), n_agents=1), make(name, Faulty(), n_agents=1)
-    n_failures = 0
+    # Many states and outcomes: what is changed of a model is then often in a row that the episode has not visited.
+    def fresh(*faults: int) -> Any:
+        env = Faulty(faults, random_mdp(5, n_states=40, n_outcomes=3, limit=12))
+        return make(name, env, n_agents=1, **({"theta": 0.5} if name == "prioritized-sweeping" else {}))
+
+    learner, whole, n_failures = fresh(17, 30, 31, 44, 57, 71, 83, 95), fresh(), 0
     while learner.episodes < 12:
         try:
             learner.learn(12 - learner.episodes)
         except EnvironmentFaultError:
             n_failures += 1
-            assert_same_models(learner, make(name, Faulty(), n_agents=1).learn(learner.episodes))
-    assert n_failures >= 2
+            assert_same_models(learner, fresh().learn(learner.episodes) if learner.episodes else fresh())
+    assert n_failures >= 5
     assert_same_models(learner, whole.learn(12))
 
 

@@ -13,12 +13,12 @@ from typing import Any, ClassVar, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from tuckerl._jit import kernel
+from tuckerl._jit import is_rare, kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
 from tuckerl.errors import SavedFileError
-from tuckerl.generalization.change_log import record_change
-from tuckerl.learners.latest_outcomes import OUTCOME, check_outcomes, keep_outcome, revised_discounts
+from tuckerl.generalization.change_log import ChangeLog, record_change
+from tuckerl.learners.latest_outcomes import OUTCOME, check_outcomes, keep_outcome, list_state, revised_discounts
 from tuckerl.learners.q_learning import move_towards_target
 from tuckerl.rng import below
 from tuckerl.training.agent_arrays import AgentArrays, Settings, Transition, must_stop
@@ -41,7 +41,7 @@ class DynaQState(NamedTuple):
 
 
 @kernel
-def remember(model: Any, transition: Transition) -> None:
+def remember(model: Any, log: ChangeLog, transition: Transition) -> None:
     """Put a transition into the model in place of the pair's last one.
 
     Parameters
@@ -49,6 +49,8 @@ def remember(model: Any, transition: Transition) -> None:
     model : DynaQState or another with the same arrays
         Its `outcome`, (S, A), changes at the transition's state and action; the lists `tried`, (S, A), and `observed`,
         (S,), grow by what is new.
+    log : ChangeLog
+        Where rows are kept that change; that of the transition's state is kept already.
     transition : Transition
     """
     state, action = transition.state, transition.action
@@ -57,9 +59,8 @@ def remember(model: Any, transition: Transition) -> None:
     for place in range(n_tried):
         if model.tried[state, place] == action:
             return
-    if n_tried == 0:
-        model.observed[model.n_observed[0]] = state
-        model.n_observed[0] += 1
+    if is_rare(n_tried == 0):
+        list_state(model, log, state)
     model.tried[state, n_tried] = action
     model.n_tried[state] += 1
 
@@ -94,7 +95,7 @@ def update(algorithm: DynaQState, agent: AgentArrays, transition: Transition, ne
     state, action, reward, discount, next_state, _ = transition
     record_change(agent.log, state)
     value = move_towards_target(agent, state, action, reward, discount, next_state)
-    remember(algorithm, transition)
+    remember(algorithm, agent.log, transition)
     return np.isfinite(value + plan(algorithm, agent))
 
 

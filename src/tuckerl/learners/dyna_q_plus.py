@@ -79,7 +79,7 @@ def update(algorithm: DynaQPlusState, agent: AgentArrays, transition: Transition
     state, action, reward, discount, next_state, _ = transition
     record_change(agent.log, state)
     value = move_towards_target(agent, state, action, reward, discount, next_state)
-    remember(algorithm, transition)
+    remember(algorithm, agent.log, transition)
     algorithm.clock[0] += 1
     algorithm.last_tried[state, action] = algorithm.clock[0]
     return np.isfinite(value + plan(algorithm, agent))

@@ -4,11 +4,14 @@ Where one action can have several outcomes, what came last is planned with as if
 2018, section 8.2.)
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from tuckerl._jit import kernel
 from tuckerl.errors import ImmutableError, SavedFileError
+from tuckerl.generalization.change_log import ChangeLog, keep_row
 from tuckerl.training.agent_arrays import Settings, Transition
 from tuckerl.types import FloatArray
 
@@ -23,6 +26,15 @@ def keep_outcome(outcomes: NDArray[np.void], transition: Transition) -> None:
     outcome = outcomes[transition.state, transition.action]  # by name in brackets, so that it works uncompiled, too
     outcome["reward"], outcome["discount"] = transition.reward, transition.discount
     outcome["next_state"] = transition.next_state
+
+
+@kernel
+def list_state(model: Any, log: ChangeLog, state: int) -> None:
+    """Append a state to the list of those observed, ``model.observed`` (S,) with its length in ``n_observed`` (1,)."""
+    place = model.n_observed[0]
+    keep_row(log, place)  # whose place in the list is another row than its own
+    model.observed[place] = state
+    model.n_observed[0] += 1
 
 
 def check_outcomes(known: NDArray[np.void], n_states: int) -> None:

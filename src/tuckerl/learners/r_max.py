@@ -13,13 +13,14 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tuckerl._jit import is_rare, kernel
 from tuckerl.adapters.resolve import Environment, as_problem, check_compiled
 from tuckerl.checks import check_int, check_real
 from tuckerl.errors import ParameterError, ProblemError, SavedFileError
-from tuckerl.generalization.change_log import record_change
+from tuckerl.generalization.change_log import ChangeLog, record_change
+from tuckerl.learners.latest_outcomes import list_state
 from tuckerl.problems.problem import Problem
 from tuckerl.training.agent_arrays import AgentArrays, Transition, must_stop
 from tuckerl.training.algorithm import register_algorithm
@@ -53,13 +54,15 @@ class RMaxState(NamedTuple):
 
 
 @kernel
-def count_outcome(model: RMaxState, transition: Transition) -> None:
+def count_outcome(model: RMaxState, log: ChangeLog, transition: Transition) -> None:
     """Add a transition to the model of a pair that is not known.
 
     Parameters
     ----------
     model : RMaxState
         Its arrays change at the transition's state and action; `observed`, (S,), grows by a state that is new.
+    log : ChangeLog
+        Where rows are kept that change; that of the transition's state is kept already.
     transition : Transition
     """
     state, action, reward, discount, next_state, _ = transition
@@ -67,8 +70,7 @@ def count_outcome(model: RMaxState, transition: Transition) -> None:
     for other in range(model.n_tried.shape[1]):
         n_before += model.n_tried[state, other]
     if n_before == 0:
-        model.observed[model.n_observed[0]] = state
-        model.n_observed[0] += 1
+        list_state(model, log, state)
     model.n_tried[state, action] += 1
     model.paid[state, action] += reward
     for number in range(model.n_counted[state, action]):
@@ -131,7 +133,7 @@ def update(algorithm: RMaxState, agent: AgentArrays, transition: Transition, nex
     if algorithm.n_tried[state, action] == algorithm.m:
         return True
     record_change(agent.log, state)
-    count_outcome(algorithm, transition)
+    count_outcome(algorithm, agent.log, transition)
     if algorithm.n_tried[state, action] < algorithm.m:
         return True
     return iterate_values(algorithm, agent)
@@ -185,13 +187,14 @@ class RMax(Learner):
     state_type = RMaxState
     fixed_parameters = (*Learner.fixed_parameters, "r_max", "m", "gamma", "bootstrap_terminal")
 
-    def __init__(
+    def __init__(  # type: ignore[misc]  # initial_q is one of the parameters of all learners, where it may not be None
         self,
         env: Environment,
         *,
         r_max: float | None = None,
         m: int = 10,
         tol: float = 1e-6,
+        initial_q: float | ArrayLike | None = None,
         **parameters: Unpack[LearnerParameters],
     ) -> None:
         self.m, self.tol = check_int("m", m, 1, np.iinfo(np.uint32).max), check_real("tol", tol, 0.0, low_open=True)
@@ -201,8 +204,8 @@ class RMax(Learner):
         check_compiled(parameters.get("compiled", "auto"))
         problem = as_problem(env, self.adapter_options(parameters))
         self.r_max = _bound(problem, r_max)
-        parameters.setdefault("initial_q", _most(self.r_max, gamma))
-        super().__init__(problem, **parameters)
+        first = _most(self.r_max, gamma) if initial_q is None else initial_q
+        super().__init__(problem, initial_q=first, **parameters)
         self._too_large = np.zeros(1)
         # A table's rewards were looked at. Where Python is to be called, kernels return after each episode.
         call = None if problem.largest_reward is not None else self.call_from_kernels(self._refuse)
