@@ -261,11 +261,9 @@ class Problem(Described):
     def describe(self) -> str:
         """Return in a part of a sentence how the problem is played, and its sizes."""
         sizes = f"{_counted(self.n_states, 'state')}, {_counted(self.n_actions, 'action')}"
-        return (
-            f"its {self.title} ({sizes}) is played in compiled code"
-            if self.is_compiled
-            else f"{self.how_played} ({sizes})"
-        )
+        if self.is_compiled:
+            return f"its {self.title} ({sizes}) is played in compiled code"
+        return f"{self.how_played} ({sizes})"
 
     def start_distribution(self) -> tuple[NDArray[Any], FloatArray] | None:
         """Return the states in which episodes may begin, and their probabilities; None where these are not known."""
