@@ -7,6 +7,7 @@ import pytest
 
 from tests.cli.test_train import status_of
 from tests.studies.study_texts import LAKE, changed
+from tuckerl.reports.study import Study, StudyReport
 
 
 @pytest.fixture(autouse=True)
@@ -72,6 +73,20 @@ def test_wrong_input_is_one_sentence_and_status_2(
     assert shown.err.count("\n") == 1
     assert message in shown.err
     assert not Path("results").exists()
+
+
+def test_of_very_many_comparisons_the_first_are_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page, words = Path("report.html"), tuple(f"sentence {place}" for place in range(14))
+    monkeypatch.setattr(Study, "report", lambda self, folder: StudyReport(page, words))
+    Path("study.toml").write_text(LAKE)
+    assert status_of("study", "report", ".") == 0
+    assert capsys.readouterr().out.splitlines() == [
+        *words[:12],
+        "... and 2 more comparisons, which the report shows",
+        "Report: report.html",
+    ]
 
 
 class Terminal(io.StringIO):

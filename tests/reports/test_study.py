@@ -12,17 +12,19 @@ import tuckerl
 from tests.reports.test_report import LOADING, Page
 from tests.studies.study_texts import LAKE, changed
 from tuckerl.errors import OutputConflictError, ParameterError, UnknownNameError
-from tuckerl.reports.study_page import outcome
+from tuckerl.reports.curves import PROBLEM
+from tuckerl.reports.study_page import MOST_SENTENCES, outcome, write_study
 from tuckerl.studies import store
+from tuckerl.studies.estimates import reached_of
 from tuckerl.studies.runs import run_identities
 from tuckerl.studies.statistics import MEASURES
 from tuckerl.studies.store import Store
 from tuckerl.studies.study import Variant
 from tuckerl.studies.study_file import parse_study_file
-from tuckerl.studies.study_folder import play_study
+from tuckerl.studies.study_folder import NOTHING_KEPT, play_study
 from tuckerl.studies.study_making import study_of
 from tuckerl.studies.study_result import MOST_CURVES, summarise_study
-from tuckerl.studies.tables import SCHEMAS, StudyTables
+from tuckerl.studies.tables import SCHEMAS
 
 
 @pytest.fixture(scope="module")
@@ -172,11 +174,11 @@ def test_an_unfinished_study_is_reported_as_far_as_it_is(folder: Path, tmp_path:
             for name, frame in tables._asdict().items()
         }
     )
-    (result,) = summarise_study(study._plan, some)
+    (result,) = summarise_study(study._plan, reached_of(study._plan, some))
     assert [one.n_runs for one in result.estimates] == [2, 0, 2, 2]
     assert [curve.variant for curve in result.curves.curves] == ["base", "t[alpha=0.2]", "t[alpha=0.1]-constant"]
     assert result.comparisons[0].difference.n_pairs == 0
-    (empty,) = summarise_study(study._plan, type(tables)(*(frame.clear() for frame in tables)))
+    (empty,) = summarise_study(study._plan, reached_of(study._plan, NOTHING_KEPT.tables))
     assert empty.curves.curves == ()
     status = study.status(tmp_path)
     assert outcome([empty], status) == (
@@ -194,16 +196,27 @@ def test_of_very_many_variants_the_best_are_drawn() -> None:
         for place, variant in enumerate(reversed(scenario.variants))
         for run in range(2)
     ]
-    tables = study_tables(rows)
-    (result,) = summarise_study(study._plan, tables)
+    tables = NOTHING_KEPT.tables._replace(runs=pl.DataFrame(rows, schema=SCHEMAS["runs"]))
+    (result,) = summarise_study(study._plan, reached_of(study._plan, tables))
     shown = [curve.variant for curve in result.curves.curves]
     assert shown == ["base", *study.variants[-MOST_CURVES + 1 :]]
+    assert f"Of {len(study.variants)} variants, base and the best." in PROBLEM.caption(result)
     assert result.measure == MEASURES["return"]
 
 
-def study_tables(rows: list[dict[str, object]]) -> StudyTables:
-    empty = {name: pl.DataFrame(schema=schema) for name, schema in SCHEMAS.items()}
-    return StudyTables(**empty | {"runs": pl.DataFrame(rows, schema=SCHEMAS["runs"])})
+def test_of_very_many_comparisons_a_table_tells(tmp_path: Path) -> None:
+    grid = f"grid = {{ alpha = {{ from = 0.01, to = 0.4, steps = {MOST_SENTENCES + 1} }} }}\n"
+    text = LAKE[: LAKE.index("grid")] + grid + '[[compare]]\nbase = "base"\ncandidate = "t"\n'
+    study = tuckerl.Study.from_text(text)
+    results, status = summarise_study(study._plan, reached_of(study._plan, NOTHING_KEPT.tables)), study.status(tmp_path)
+    source = write_study(study._file, study._plan, results, status, tmp_path).read_text()
+    assert len(results[0].comparisons) == source.count("<code>base</code></div></td>") == MOST_SENTENCES + 1
+    assert "There is no pair of" not in source
+    (few,) = results
+    source = write_study(
+        study._file, study._plan, [few._replace(comparisons=few.comparisons[:2])], status, tmp_path
+    ).read_text()
+    assert source.count("There is no pair of") == 2
 
 
 def test_a_table_of_all_runs_is_exported_with_what_was_varied(folder: Path, tmp_path: Path) -> None:

@@ -133,9 +133,13 @@ def _play(
 
 
 def _report(made: "Study", folder: Path) -> None:
+    from tuckerl.reports.study_page import MOST_SENTENCES
+
     written = made.report(folder)
-    for words in written.outcomes:
+    for words in written.outcomes[:MOST_SENTENCES]:
         typer.echo(words)
+    if len(written.outcomes) > MOST_SENTENCES:
+        typer.echo(f"... and {len(written.outcomes) - MOST_SENTENCES:,} more comparisons, which the report shows")
     typer.echo(f"Report: {written.page}")
 
 

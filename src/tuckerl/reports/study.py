@@ -13,10 +13,12 @@ from tuckerl.files import make_folder, write_whole
 from tuckerl.progress import default_workers, progress_bar
 from tuckerl.reports.study_page import outcomes_of, write_study
 from tuckerl.reports.text import counted
+from tuckerl.studies.estimates import reached_of
 from tuckerl.studies.remembered import Remembered
 from tuckerl.studies.study_file import StudyFile, parse_study_file, read_study_file
 from tuckerl.studies.study_folder import (
     FILE,
+    NOTHING_KEPT,
     KeptRuns,
     StudyStatus,
     export_format,
@@ -198,7 +200,8 @@ class Study:
         """
         folder = check_path("folder", folder)
         is_begun = (folder / FILE).is_file()
-        return status_of(self._plan, kept_runs(self._plan, folder) if is_begun else None)
+        kept = kept_runs(self._plan, folder) if is_begun else NOTHING_KEPT
+        return status_of(self._plan, kept, reached_of(self._plan, kept.tables))
 
     def report(self, folder: str | PathLike[str]) -> StudyReport:
         """Write ``report.html``, its figures and ``comparisons.json``, of all runs that are finished.
@@ -212,9 +215,10 @@ class Study:
         """
         folder = check_path("folder", folder)
         kept, remembered = self._kept(folder), Remembered(folder)
-        results = summarise_study(self._plan, kept.tables, remembered)
+        reached = reached_of(self._plan, kept.tables)
+        results = summarise_study(self._plan, reached, remembered)
         remembered.write()
-        page = write_study(self._file, self._plan, results, status_of(self._plan, kept), folder)
+        page = write_study(self._file, self._plan, results, status_of(self._plan, kept, reached), folder)
         return StudyReport(page, outcomes_of(results))
 
     def export(

@@ -20,6 +20,9 @@ from tuckerl.studies.variants import algorithm_of
 
 _LIBRARIES = ("numpy", "scipy", "numba", "gymnasium", "pettingzoo", "polars", "matplotlib")
 
+MOST_SENTENCES = 12
+"""Comparisons of a problem that are put in words, too: of more, a table tells quicker."""
+
 
 def write_study(file: StudyFile, study: Study, results: list[ProblemResult], status: StudyStatus, folder: Path) -> Path:
     """Write ``figures/curves-*.svg`` and ``.png``, ``comparisons.json`` and ``report.html``; return the page's path.
@@ -56,6 +59,7 @@ def write_study(file: StudyFile, study: Study, results: list[ProblemResult], sta
         algorithm_of=algorithm_of,
         described=described,
         outcome_in_study=outcome_in_study,
+        most_sentences=MOST_SENTENCES,
         settings=settings,
         zip=zip,
     )

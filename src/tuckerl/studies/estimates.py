@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 
 from tuckerl.studies.statistics import MEASURES, NO_PAIRS, Pairs, json_numbers, mean_band, pairs_by_variant, run_of
+from tuckerl.studies.study import Study
 from tuckerl.studies.summary import Curve, Samples, mean_seconds, paired_curves, samples_of
 from tuckerl.studies.tables import StudyTables
 from tuckerl.types import FloatArray, IntArray
@@ -81,6 +82,14 @@ class Reached:
         }
         episode = np.minimum(np.arange(1, math.ceil(n_episodes / per_point) + 1) * per_point, n_episodes)
         return LearningCurves(episode, paired_curves(samples) if samples else ())
+
+
+def reached_of(study: Study, tables: StudyTables) -> list[Reached]:
+    """Return what the variants of each of a study's scenarios reached, by what the scenario measures."""
+    return [
+        Reached(StudyTables(*(frame.filter(pl.col("scenario") == scenario.name) for frame in tables)), scenario.measure)
+        for scenario in study.scenarios
+    ]
 
 
 def _by_points(samples: Samples, per_point: int) -> Samples:

@@ -1,7 +1,6 @@
 """The folder of a study that came from a file: the file itself stands in it, so that nothing else is needed."""
 
 import json
-import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -17,9 +16,9 @@ from tuckerl.studies.parts import Parts
 from tuckerl.studies.reproduce import Progress, run_study
 from tuckerl.studies.runs import run_identities
 from tuckerl.studies.store import Results
-from tuckerl.studies.study import Scenario, Study, Variant
+from tuckerl.studies.study import Study, Variant
 from tuckerl.studies.study_file import AGENTS, StudyFile, read_study_file
-from tuckerl.studies.tables import StudyTables
+from tuckerl.studies.tables import SCHEMAS, StudyTables
 from tuckerl.studies.variants import algorithm_of
 
 FILE = "study.toml"
@@ -136,32 +135,26 @@ class KeptRuns(NamedTuple):
 def kept_runs(study: Study, folder: Path) -> KeptRuns:
     """Return what a folder holds of a study, also while another process adds to it."""
     results = Results(folder, study)
-    finished, stored = results.finished(), Parts(folder / "parts").stored
-    of_other_code = sum(one in stored and run not in finished for run, one in run_identities(study).items())
+    finished, of_other_code = results.finished(), 0
+    if len(finished) < sum(scenario.n_runs * len(scenario.variants) for scenario in study.scenarios):
+        stored = Parts(folder / "parts").stored
+        of_other_code = sum(one in stored and run not in finished for run, one in run_identities(study).items())
     return KeptRuns(results.tables, len(results.failures()), of_other_code)
 
 
-def status_of(study: Study, kept: KeptRuns | None) -> StudyStatus:
-    """Return how far a study is, with what its folder holds or None where nothing was played."""
-    tables, *numbers = kept or (None, 0, 0)
-    return StudyStatus(
-        study.scenarios[0].measure,
-        tuple(one for scenario in study.scenarios for one in _status_of_problem(scenario, tables)),
-        *numbers,
-    )
+def status_of(study: Study, kept: KeptRuns, reached: list[Reached]) -> StudyStatus:
+    """Return how far a study is, by what its folder holds and what its variants have reached there."""
+    variants = []
+    for scenario, own in zip(study.scenarios, reached, strict=True):
+        n_finished = own.n_finished()
+        variants += [
+            VariantStatus(scenario.name, scenario.n_runs, n_finished.get(one.name, 0), own.estimate(one.name))
+            for one in scenario.variants
+        ]
+    return StudyStatus(study.scenarios[0].measure, tuple(variants), kept.n_failed, kept.n_of_other_code)
 
 
-def _status_of_problem(scenario: Scenario, tables: StudyTables | None) -> list[VariantStatus]:
-    own = StudyTables(*(frame.filter(pl.col("scenario") == scenario.name) for frame in tables)) if tables else None
-    reached = Reached(own, scenario.measure) if own else None
-    none = Estimate("", math.nan, math.nan, math.nan, 0, 0, math.nan)
-    n_finished = reached.n_finished() if reached else {}
-    statuses = []
-    for variant in scenario.variants:
-        name = variant.name
-        estimate = reached.estimate(name) if reached else none._replace(variant=name)
-        statuses.append(VariantStatus(scenario.name, scenario.n_runs, n_finished.get(name, 0), estimate))
-    return statuses
+NOTHING_KEPT = KeptRuns(StudyTables(**{name: pl.DataFrame(schema=schema) for name, schema in SCHEMAS.items()}), 0, 0)
 
 
 def export_format(out: Path | None, form: str | None) -> str:

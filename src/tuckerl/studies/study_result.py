@@ -5,13 +5,11 @@ import zlib
 from typing import Any, NamedTuple
 
 import numpy as np
-import polars as pl
 
 from tuckerl.studies.comparison_result import Compared
 from tuckerl.studies.estimates import Estimate, LearningCurves, Reached
 from tuckerl.studies.statistics import MEASURES, Measure, WorkOut, compare_pairs_with_control, seeded_difference
 from tuckerl.studies.study import Scenario, Study
-from tuckerl.studies.tables import StudyTables
 
 MOST_CURVES = 9  # in one figure
 
@@ -40,22 +38,24 @@ class ProblemResult(NamedTuple):
         }
 
 
-def summarise_study(study: Study, tables: StudyTables, work_out: WorkOut = seeded_difference) -> list[ProblemResult]:
-    """Return what came out on each problem, of all runs that there are; `work_out` may remember differences."""
+def summarise_study(study: Study, reached: list[Reached], work_out: WorkOut = seeded_difference) -> list[ProblemResult]:
+    """Return what came out on each problem.
+
+    Parameters
+    ----------
+    study : Study
+    reached : list of Reached
+        As :func:`~tuckerl.studies.estimates.reached_of` gives them, of all runs that there are.
+    work_out : callable
+        What works out differences; it may remember them.
+    """
     return [
-        _problem_result(study, place, scenario, _of_scenario(tables, scenario), work_out)
+        _problem_result(study, place, scenario, reached[place], work_out)
         for place, scenario in enumerate(study.scenarios)
     ]
 
 
-def _of_scenario(tables: StudyTables, scenario: Scenario) -> StudyTables:
-    return StudyTables(*(frame.filter(pl.col("scenario") == scenario.name) for frame in tables))
-
-
-def _problem_result(
-    study: Study, place: int, scenario: Scenario, tables: StudyTables, work_out: WorkOut
-) -> ProblemResult:
-    reached = Reached(tables, scenario.measure)
+def _problem_result(study: Study, place: int, scenario: Scenario, reached: Reached, work_out: WorkOut) -> ProblemResult:
     estimates = tuple(reached.estimate(variant.name) for variant in scenario.variants)
     curves = reached.learning_curves(_with_curves(scenario, estimates), scenario.n_episodes)
     variants = {variant.name: variant for variant in scenario.variants}
