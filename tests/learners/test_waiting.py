@@ -12,18 +12,24 @@ from tests.learners.worlds import random_mdp
 from tests.training.test_going_on import Disturbed, Interrupts, assert_all_same, fail, learned, press_twice
 from tests.training.test_resume import assert_same
 from tuckerl import (
+    UCB,
     DoubleQLearning,
+    EpsilonGreedy,
     ExpectedSarsa,
+    Greedy,
     Harmonic,
     MonteCarlo,
     NStepSarsa,
     QLearning,
     Sarsa,
+    Softmax,
+    TabularMDP,
     TensorStep,
     TreeBackup,
 )
 from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
 from tuckerl.learners import monte_carlo
+from tuckerl.training.policies.policy import Policy
 
 MDP = random_mdp(31, n_states=9, n_outcomes=2, random_start=True)
 STEP = TensorStep(every=5, ranks=(3, 2, 2, 2), weights="none", share="random")
@@ -39,6 +45,32 @@ def test_one_step_ahead_they_are_the_one_step_algorithms() -> None:
     for made, target in targets:
         tree = TreeBackup(MDP, n=1, target=target, **forced).learn(1)  # then it draws an action more
         np.testing.assert_allclose(tree.q, made(MDP, **forced).learn(1).q, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "policy",
+    [EpsilonGreedy(0.3), Softmax(0.5), *(pytest.param(one, marks=pytest.mark.long) for one in (Greedy(), UCB(1.0)))],
+    ids=repr,
+)
+@pytest.mark.parametrize("allowed", [(True, True, True), (False, True, True)])
+def test_the_expectation_is_over_any_policys_own_probabilities(policy: Policy, allowed: tuple[bool, ...]) -> None:
+    # One step, from state 0 to state 1, whose values are known: two of them tie.
+    first = np.array([[0.0, 0.0, 0.0], [4.0, 1.0, 1.0]])
+    nowhere = np.zeros((2, 3))
+    problem = TabularMDP(
+        np.ones((2, 3), int), nowhere, nowhere > 0, action_mask=[(True,) * 3, allowed], max_episode_steps=1
+    )
+    learner = ExpectedSarsa(problem, policy=policy, alpha=1.0, gamma=0.5, initial_q=first, seed=0).learn(1)
+    best = np.where(first[1] == first[1][list(allowed)].max(), allowed, 0.0)
+    weights = {
+        Greedy: best,
+        EpsilonGreedy: 0.7 * best / best.sum() + 0.3 * np.array(allowed) / sum(allowed),
+        Softmax: np.where(allowed, np.exp(first[1] / 0.5), 0.0),
+        UCB: np.where(allowed, 1.0, 0.0),  # nothing there was chosen so far
+    }
+    chances = weights[type(policy)] / weights[type(policy)].sum()
+    (changed,) = np.flatnonzero(learner.q[0, 0])
+    np.testing.assert_allclose(learner.q[0, 0, changed], 0.5 * chances @ first[1], rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -77,6 +109,7 @@ def test_the_random_walk_has_known_values(made: Any, own: dict[str, Any]) -> Non
     np.testing.assert_allclose(learner.q[:, :, 0].mean(axis=0), np.arange(1, 6) / 6, atol=0.02)
 
 
+@pytest.mark.compiled  # interpreted, it would take long
 def test_the_error_of_the_random_walk_is_least_for_some_steps_ahead() -> None:
     # Figure 7.2: RMS errors of the first ten episodes, by n and alpha; each line has its own minimum.
     walk, true = random_walk(19, left=-1.0), np.arange(-9, 10) / 10
@@ -92,6 +125,7 @@ def test_the_error_of_the_random_walk_is_least_for_some_steps_ahead() -> None:
     assert (least[1][1], least[4][1], least[32][1]) == (0.9, 0.4, 0.1)
 
 
+@pytest.mark.compiled  # interpreted, it would take long
 def test_by_the_cliff_the_greedy_path_is_short_and_the_careful_one_pays() -> None:
     # Example 6.6 and figure 6.3, epsilon 0.1.
     parameters: dict[str, Any] = {"alpha": 0.5, "gamma": 1.0, "epsilon": 0.1, "n_agents": 10, "seed": 0}
@@ -102,6 +136,7 @@ def test_by_the_cliff_the_greedy_path_is_short_and_the_careful_one_pays() -> Non
     assert online[QLearning] < online[Sarsa] - 10 < online[ExpectedSarsa] - 10
 
 
+@pytest.mark.compiled  # interpreted, it would take long
 def test_the_largest_of_noisy_values_misleads_one_table_and_not_two() -> None:
     # Example 6.7: the best share of left is 5 %.
     left = {}
