@@ -17,6 +17,7 @@ BENCHMARKS = (
     "sharing",
     "stepping",
     "n_step",
+    "solving",
     "first_result",
     "experiment",
 )

@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/inspect.md: ``python docs/pictures/inspection.py`` writes them beside this file."""
+"""Draw the pictures of docs/inspect.md and solve.md: ``python docs/pictures/inspection.py`` writes them here."""
 
 from pathlib import Path
 
@@ -17,6 +17,9 @@ def main() -> None:
     for picture in inspection_figures(inspect_learner(agent)):
         if picture.name in SHOWN:
             (HERE / f"inspect-{picture.name}.png").write_bytes(picture.png)
+    young = tuckerl.QLearning(maze, alpha=0.3, seed=0).learn(episodes=50)
+    (picture,) = (one for one in inspection_figures(inspect_learner(young)) if one.name == "optimum")
+    (HERE / "solve-optimum.png").write_bytes(picture.png)
 
 
 if __name__ == "__main__":

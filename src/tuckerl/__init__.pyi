@@ -57,6 +57,8 @@ from tuckerl.training.policies.greedy import Greedy as Greedy
 from tuckerl.training.policies.own_distribution import OwnDistribution as OwnDistribution
 from tuckerl.training.policies.softmax import Softmax as Softmax
 from tuckerl.training.policies.ucb import UCB as UCB
+from tuckerl.training.regret import Regret as Regret
+from tuckerl.training.regret import regret as regret
 from tuckerl.training.schedules import Exponential as Exponential
 from tuckerl.training.schedules import Harmonic as Harmonic
 from tuckerl.training.schedules import Linear as Linear
@@ -89,6 +91,7 @@ __all__ = [
     "QLearning",
     "RLearning",
     "RMax",
+    "Regret",
     "Sarsa",
     "SarsaLambda",
     "Simulator",
@@ -116,6 +119,7 @@ __all__ = [
     "policy_value",
     "quantile_edges",
     "random_maze",
+    "regret",
     "robot_rescue",
     "solve",
     "sutton_maze",

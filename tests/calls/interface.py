@@ -675,6 +675,7 @@ def targets() -> tuple[Target, ...]:
             1,
             check=_solved,
         ),
+        Target("regret", _calls(tuckerl.regret), {"learner": [learner]}, 1),
         Target(
             "policy_value",
             _calls(tuckerl.policy_value),

@@ -63,7 +63,8 @@ def everything(layout: tuple[int, int] | None = (3, 4), n_agents: int = 3, n_win
     made = inspect_tensor(X, (3, 2, 2, 1), layout, action_names=MOVES)
     chosen = [window % n_agents if window != 1 else -1 for window in range(n_windows)]
     steps = rng.integers(5, 50, size=(10 * n_windows, n_agents))
-    return made._replace(history=history_of(chosen), steps=steps, returns=-steps.astype(np.float64))
+    optimal = np.append(np.nan, np.linspace(-1.0, 2.0, n_states - 1))
+    return made._replace(history=history_of(chosen), steps=steps, returns=-steps.astype(np.float64), optimal=optimal)
 
 
 def texts(spec: FigureSpec[Inspection], inspection: Inspection) -> str:

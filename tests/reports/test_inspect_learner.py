@@ -9,12 +9,15 @@ import pettingzoo
 import pytest
 
 import tuckerl
+from tests.learners.worlds import corridor
+from tuckerl import QLearning, TabularMDP
 from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.errors import ParameterError, ProblemError, SavedFileError
 from tuckerl.reports.inspect import inspect_learner, inspection_figures
 from tuckerl.reports.inspect.file import learner_lines
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, shares_first_place, values
 from tuckerl.reports.learner_text import name_of
+from tuckerl.reports.text import number
 from tuckerl.training import learner_file as saved
 
 STEP = tuckerl.TensorStep(every=5, ranks=(3, 2, 3, 1), floor=0.1)
@@ -158,7 +161,7 @@ def test_any_learner_is_loaded_by_what_its_file_says(tmp_path: Path) -> None:
     content = saved.read(path)
     saved.write(path, content.header | {"learner": "Lost"}, content.arrays)
     with pytest.raises(
-        SavedFileError, match="holds a Lost, which is none of QLearning, Sarsa, SarsaLambda, DynaH, Tea"
+        SavedFileError, match=r"holds a Lost, which is none of QLearning, Sarsa, .*TeamQ.*: import the module"
     ):
         tuckerl.load(path)
     tuckerl.Sarsa("tuckerl/CartPole-v0", seed=0).save(path)
@@ -180,3 +183,18 @@ def test_problems_remember_their_environment(tmp_path: Path) -> None:
     assert tuckerl.cart_pole().source is None, "the environment's own, which all share, stays as it is"
     tuckerl.Sarsa("FrozenLake-v1", seed=0).save(tmp_path / "a")
     assert tuckerl.load(tmp_path / "a").problem.source == "FrozenLake-v1"
+
+
+def test_optimal_values_stand_beside_the_learned_ones_where_the_transitions_are_known() -> None:
+    agent = QLearning(corridor(), alpha=0.5, gamma=0.5, seed=0).learn(episodes=30)
+    inspection = inspect_learner(agent)
+    assert inspection.optimal is not None
+    np.testing.assert_allclose(inspection.optimal, [-1.9375, -1.875, -1.75, -1.5, -1.0], atol=1e-6)
+    (figure,) = [one for one in inspection_figures(inspection) if one.name == "optimum"]
+    largest = np.nanmax(np.abs(inspection.optimum - inspection.known[0]))
+    assert f"by {number(float(largest))} at most" in figure.caption
+    assert "in state 4" in figure.alt
+    assert inspect_learner(QLearning("FrozenLake-v1", compiled=False, seed=0)).optimal is None
+    assert inspect_learner(QLearning(TabularMDP([[0]], [[1.0]], [[False]]), gamma=1.0, seed=0)).optimal is None
+    with pytest.raises(ProblemError, match=r"optimal must fit tables"):
+        inspection_figures(inspection._replace(optimal=np.zeros(3)))

@@ -57,8 +57,9 @@ def _discounted(model: Any, rng: np.random.Generator) -> float:
 def test_all_solvers_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     maze = tuckerl.random_maze(20, 20, seed=1, start=(0, 0), goal=(19, 19))
     uniform = np.full((400, 4), 0.25)
+    monkeypatch.setattr(solvers, "_SMALL", 1000)
     directly = policy_value(maze, uniform, 0.99)
-    monkeypatch.setattr(solvers, "_MOST_DIRECT", 10)
+    monkeypatch.setattr(solvers, "_SMALL", 10)
     iterated: list[FloatArray | None] = []
     original = solvers._iterated
 
@@ -70,7 +71,11 @@ def test_all_solvers_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose(policy_value(maze, uniform, 0.99), directly, rtol=1e-9)
     assert iterated[0] is not None, "BiCGSTAB was asked, and found it"
     monkeypatch.setattr(solvers, "_iterated", lambda *given: None)
-    np.testing.assert_allclose(policy_value(maze, uniform, 0.99), directly, rtol=1e-12)
+    np.testing.assert_allclose(policy_value(maze, uniform, 0.99), directly, rtol=1e-12)  # by SuperLU
+    certain = np.zeros(400, dtype=np.int64)
+    factorised = policy_value(maze, certain, 0.99)
+    monkeypatch.setattr(solvers, "_SMALL", 1000)
+    np.testing.assert_allclose(factorised, policy_value(maze, certain, 0.99), rtol=1e-12)
 
 
 def test_without_a_discount() -> None:

@@ -17,16 +17,20 @@ def evaluate(
     ] = None,
     env_settings: EnvSettings = None,
 ) -> None:
-    """Play greedy episodes with a saved agent; print their mean return with its interval."""
+    """Play greedy episodes with a saved agent; print their mean return with its interval, and its regret.
+
+    The regret is how much less the greedy policy is worth than an optimal one, where the transitions are known.
+    """
     # Imported here, so that --help is quick.
     from tuckerl.cli.compiling import compiling_said
     from tuckerl.cli.settings import parse_settings
     from tuckerl.cli.warnings import short_warnings
-    from tuckerl.reports.learner_text import evaluation_lines, name_of
+    from tuckerl.reports.learner_text import evaluation_lines, name_of, regret_lines
     from tuckerl.studies.training import load_learner, names_of_agents
 
     with compiling_said(), short_warnings():
         learner = load_learner(file, env, parse_settings(env_settings or (), "--env-set"))
         evaluation = learner.evaluate(episodes, seed=seed)
+        lines = [*evaluation_lines(evaluation, names_of_agents(learner)), *regret_lines(learner)]
     typer.echo(f"{name_of(learner)}, after {learner.episodes:,} episodes")
-    typer.echo("\n".join(evaluation_lines(evaluation, names_of_agents(learner))))
+    typer.echo("\n".join(lines))

@@ -5,10 +5,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from tuckerl.errors import ProblemError
+from tuckerl.problems.mdp import TabularMDP
 from tuckerl.reports.text import counted, typed
 from tuckerl.studies.training import TrainingResult
 from tuckerl.training.evaluation import Evaluation
 from tuckerl.training.learner import Learner
+from tuckerl.training.regret import regret
 from tuckerl.types import FloatArray
 
 
@@ -46,6 +49,20 @@ def agent_lines(agents: Sequence[str], means: FloatArray) -> list[str]:
 def by_agent(means: Mapping[str, float]) -> str:
     """Return the agents' mean returns in words."""
     return ", ".join(f"{name} {typed(mean)}" for name, mean in means.items())
+
+
+def regret_lines(learner: Learner) -> list[str]:
+    """Return how far what was learned is from optimal, on a line; none where the transitions are not known."""
+    if not isinstance(learner.problem, TabularMDP):
+        return []
+    try:
+        found = regret(learner)
+    except ProblemError as error:  # without a discount, there need not be one
+        return [f"Regret: not known, as {error}"]
+    return [
+        f"Regret of its greedy policy from the first states (gamma {learner.gamma:g}): {typed(found.regret)}, as it is "
+        f"worth {typed(found.reached)}, and the best {typed(found.best)}"
+    ]
 
 
 def evaluation_lines(evaluation: Evaluation, agents: Sequence[str] = ()) -> list[str]:

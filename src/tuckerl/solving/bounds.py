@@ -73,7 +73,8 @@ def lowest_values(model: Model, gamma: float) -> FloatArray:
     step by step.
     """
     shape = model.n_states, model.n_actions
-    best = np.where(model.allowed_pairs, model.reward.reshape(shape), -np.inf).max(axis=1)
+    reward = model.reward.reshape(shape)
+    best = reward.max(axis=1) if not model.allowed.size else np.where(model.allowed, reward, -np.inf).max(axis=1)
     lowest = float(best.min())
     v = np.full(model.n_states + 1, (min(lowest, 0.0) if model.has_ends else lowest) / (1.0 - gamma))
     v[-1] = 0.0

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tuckerl.solving.bounds import Stopping
-from tuckerl.solving.sweeps import improve
+from tuckerl.solving.sweeps import follow_apart, improve
 from tuckerl.solving.undiscounted import refuse_endless_gain
 from tuckerl.types import FloatArray
 
@@ -20,7 +20,7 @@ class Applied(NamedTuple):
     is_enough: bool  # whether v was close enough before the last of them, which was left out then
 
 
-def apply_and_look(v: FloatArray, stopping: Stopping) -> Applied:
+def apply_and_look(v: FloatArray, stopping: Stopping, n_follow: int = 0) -> Applied:
     """Apply the operator once, and say whether that was necessary; again, as long as it pays.
 
     Where nothing ends, values soon lack no more than one common number, if the states mix: steps that
@@ -31,6 +31,8 @@ def apply_and_look(v: FloatArray, stopping: Stopping) -> Applied:
     v : (S + 1,) float64
         May be changed.
     stopping : Stopping
+    n_follow : int
+        Where steps are repeated: how often the policy that each finds is followed before the next.
     """
     model, gamma, n_steps, span = stopping.model, stopping.gamma, 0, np.inf
     better, policy = np.empty_like(v), np.full(model.n_states, -1, dtype=np.int64)
@@ -46,3 +48,4 @@ def apply_and_look(v: FloatArray, stopping: Stopping) -> Applied:
         if not stopping.may_shift or high - low > _PAYS * span:
             return Applied(v, n_steps, is_enough=False)
         span = high - low
+        follow_apart(model, policy, v, better, gamma, n_follow // 2)

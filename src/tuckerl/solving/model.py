@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
+from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment, as_problem
 from tuckerl.errors import NoTableError, ProblemError
 from tuckerl.memory import Part, check_memory
@@ -21,6 +22,7 @@ _UNKNOWN = (
     "or learn it"
 )
 _LARGEST = 1e290
+_UNASKED = 2**25  # bytes
 _SMALLER = "solve a smaller problem"
 
 
@@ -41,16 +43,8 @@ class Model(NamedTuple):
     n_states: int
     n_actions: int
     largest_reward: float  # the largest size of an outcome's
-
-    @property
-    def has_ends(self) -> bool:
-        """Whether anything ends."""
-        return bool((self.next_state == self.n_states).any())
-
-    @property
-    def n_outcomes(self) -> int:
-        """How many outcomes a pair has at most."""
-        return int(np.diff(self.offsets).max()) if self.offsets.size else 1
+    n_outcomes: int  # that a pair has at most
+    has_ends: bool  # whether anything ends
 
     @property
     def allowed_pairs(self) -> BoolArray:
@@ -111,37 +105,87 @@ def model_of(mdp: TabularMDP) -> Model:
         If it would take more memory than is free.
     """
     arrays, n_pairs = mdp.arrays, mdp.n_states * mdp.n_actions
-    outcomes = 4 + (8 + 3 * 8 if arrays.offsets.size else 0)
-    check_memory(
-        f"solving {mdp}",
-        [
-            Part("outcomes", arrays.outcomes.size * outcomes, _SMALLER),
-            Part("rewards and values of pairs", n_pairs * (8 + 8 + 1), _SMALLER),
-            Part("values of states", 4 * 8 * mdp.n_states, _SMALLER),
-        ],
-    )
+    per_outcome = 12 if arrays.offsets.size else 4
+    needed = [
+        Part("outcomes", arrays.outcomes.size * per_outcome, _SMALLER),
+        Part("rewards and values of pairs", n_pairs * (8 + 1 + 8 + 8), _SMALLER),
+        Part("values of states", 6 * 8 * mdp.n_states, _SMALLER),
+    ]
+    if sum(part.n_bytes for part in needed) > _UNASKED:  # to read what is free takes as long as solving a small problem
+        check_memory(f"solving {mdp}", needed)
     if mdp.n_states >= np.iinfo(np.uint32).max:  # the end needs a number, too
         raise ProblemError(f"solve numbers the end as one more state, for which {mdp} has too many")
-    next_state = np.where(arrays.terminated, np.uint32(mdp.n_states), arrays.next_state)
-    paid: Any = np.ascontiguousarray(arrays.reward)
-    probability, reward, pays = np.zeros(0), paid, paid != 0
-    if arrays.offsets.size:
-        probability = _probabilities(arrays)
-        first = arrays.offsets[:-1]
-        reward = np.add.reduceat(probability * paid, first)
-        pays = np.logical_or.reduceat(pays & (probability > 0), first)
+    n_outcomes, is_certain = arrays.outcomes.size, not arrays.offsets.size
+    several = (0, 0) if is_certain else (n_outcomes, n_pairs)
+    parts: dict[str, Any] = {
+        "next_state": np.empty(n_outcomes, dtype=np.uint32),
+        "probability": np.empty(several[0]),
+        "reward": np.empty(n_pairs),
+        "pays": np.empty(n_pairs, dtype=np.bool_),
+        "stays": np.empty(several[1]),
+    }
+    largest, most, has_ends = read_outcomes(arrays, mdp.n_states, *parts.values())
     return sealed(
-        reward=reward,
-        next_state=next_state,
-        probability=probability,
+        **parts,
         offsets=arrays.offsets,
         allowed=arrays.action_mask,
-        pays=pays,
-        stays=_stays(mdp, next_state, probability),
         n_states=mdp.n_states,
         n_actions=mdp.n_actions,
-        largest_reward=float(np.abs(paid).max()),
+        largest_reward=largest,
+        n_outcomes=most,
+        has_ends=has_ends,
     )
+
+
+@kernel
+def read_outcomes(
+    arrays: MDPArrays,
+    n_states: int,
+    next_state: StateArray,
+    probability: FloatArray,
+    reward: FloatArray,
+    pays: BoolArray,
+    stays: FloatArray,
+) -> tuple[float, int, bool]:
+    """Write what a model holds of an MDP's outcomes; return the largest reward, the most outcomes, whether any ends.
+
+    Of a pair's outcomes, the last has the probability that the others leave, as kernels draw it.
+
+    Parameters
+    ----------
+    arrays : MDPArrays
+    n_states : int
+    next_state : (M,) uint32
+        Written, as all that follow.
+    probability : (M,) or (0,) float64
+    reward : (S * A,) float64
+    pays : (S * A,) bool
+    stays : (S * A,) or (0,) float64
+    """
+    largest, most, has_ends = 0.0, 1, False
+    for pair in range(reward.size):
+        first, last = pair, pair + 1
+        if arrays.offsets.size > 0:
+            first, last = arrays.offsets[pair], arrays.offsets[pair + 1]
+        most, summed, mean, stay, does_pay = max(most, last - first), 0.0, 0.0, 0.0, False
+        state = pair // arrays.n_actions
+        for k in range(first, last):
+            outcome = arrays.outcomes[k]
+            following, paid = outcome["next_state"], outcome["reward"]
+            if outcome["terminated"]:
+                following, has_ends = n_states, True
+            upto = 1.0 if k == last - 1 else min(arrays.cumulative[k], 1.0)
+            p, summed = upto - summed, upto
+            if probability.size > 0:
+                probability[k] = p
+            next_state[k], mean = following, mean + p * paid
+            largest, does_pay = max(largest, abs(paid)), does_pay or (p > 0.0 and paid != 0.0)
+            if following == state:
+                stay += p
+        reward[pair], pays[pair] = mean, does_pay
+        if stays.size > 0:
+            stays[pair] = stay
+    return largest, most, has_ends
 
 
 def check_range(model: Model, gamma: float) -> None:
@@ -167,22 +211,3 @@ def sealed(**parts: Any) -> Model:
             parts[name] = part.view()
             parts[name].flags.writeable = False
     return Model(**parts)
-
-
-def _stays(mdp: TabularMDP, next_state: StateArray, probability: FloatArray) -> FloatArray:
-    """Return how probable each pair is to stay in its state, (S * A,); (0,) where every pair has one outcome."""
-    if not probability.size:
-        return probability
-    offsets = mdp.arrays.offsets
-    own = np.repeat(np.arange(offsets.size - 1) // mdp.n_actions, np.diff(offsets))
-    stays: FloatArray = np.add.reduceat(np.where(next_state == own, probability, 0.0), offsets[:-1])
-    return stays
-
-
-def _probabilities(arrays: MDPArrays) -> FloatArray:
-    """Return each outcome's probability, (M,), as kernels draw it: the last of a pair has what the others leave."""
-    summed = np.minimum(arrays.cumulative, 1.0)
-    summed[arrays.offsets[1:] - 1] = 1.0
-    probability = np.diff(summed, prepend=0.0)
-    probability[arrays.offsets[:-1]] = summed[arrays.offsets[:-1]]
-    return probability

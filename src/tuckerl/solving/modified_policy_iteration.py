@@ -12,6 +12,7 @@ from tuckerl.solving.sweeps import follow, sweep
 from tuckerl.types import FloatArray
 
 _SWEEPS = 20  # of a policy: many, as each costs a pair a state where finding the policy costs all pairs
+_SWEEPS_APART = 6  # where nothing ends, and the differences of values are soon right
 
 
 def modified_policy_iteration(v: FloatArray, stopping: Stopping) -> tuple[FloatArray, int]:
@@ -25,13 +26,14 @@ def modified_policy_iteration(v: FloatArray, stopping: Stopping) -> tuple[FloatA
     """
     model, gamma = stopping.model, stopping.gamma
     policy = np.full(model.n_states, -1, dtype=np.int64)
-    n_policies, between = 0, 1
+    n_policies, between = 0, 0 if stopping.may_shift else 1
     while True:
         for _ in range(between):
             sweep(model, v, gamma, policy, n_policies, 1)
             follow(model, policy, v, gamma, _SWEEPS)
             n_policies += 1
-        v, _, is_enough = apply_and_look(v, stopping)
+        v, n_steps, is_enough = apply_and_look(v, stopping, _SWEEPS_APART)
+        n_policies += n_steps
         if is_enough:
             return v, n_policies
         between += 1 + between // 4

@@ -27,14 +27,13 @@ def policy_iteration(v: FloatArray, stopping: Stopping) -> tuple[FloatArray, int
     """
     model, gamma, better = stopping.model, stopping.gamma, np.empty_like(v)
     policy = np.full(model.n_states, -1, dtype=np.int64)
-    transitions = model.transitions()
     if gamma == 1.0:
         policy = greedy_that_ends(model, v)
     else:
         sweep(model, v, gamma, policy, 0, _FIRST_SWEEPS)
     n_policies, before = 0, np.full_like(v, -np.inf)
     while True:
-        v[:-1] = policy_values(model, transitions, policy, gamma)
+        v[:-1] = policy_values(model, policy, gamma)
         n_policies += 1
         slack = gain_slack(model, v) if gamma == 1.0 else 2.0 * model.rounding(v)
         _, _, changed = improve(model, v, gamma, slack, policy, better)

@@ -20,8 +20,9 @@ from tuckerl.solving.model import Model, check_range, known_table, model_of
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 _TOLERANCE = 1e-8  # of probabilities' sums
-_MOST_DIRECT = 20_000  # states whose factorisation fits into memory, whatever their transitions
-_MOST_DENSE = 5_000
+_FEW = 2  # entries a row, with which a factorisation stays sparse: of a policy whose steps are certain
+_MOST_DENSE = 3_000  # states whose full matrix is factorised fast
+_SMALL = 100  # states for which nothing is worth thinking about
 
 
 def policy_value(env: Environment, policy: ArrayLike, gamma: float = 0.95) -> FloatArray:
@@ -107,49 +108,54 @@ def weights_of(actions: IntArray, n_actions: int) -> csr_array:
     return csr_array(parts, shape=(n, n * n_actions))
 
 
-def policy_values(model: Model, transitions: csr_array, policy: IntArray, gamma: float) -> FloatArray:
+def policy_values(model: Model, policy: IntArray, gamma: float) -> FloatArray:
     """Return the values of a deterministic policy, (S,); 0 where it takes no action.
 
     Parameters
     ----------
     model : Model
-    transitions : (S * A, S + 1) sparse
-        The model's own, which are made once.
     policy : (S,) int
         -1 where no action is taken. Without a discount, it ends.
     gamma : float
     """
     n, acts = model.n_states, policy >= 0
-    pairs = np.where(acts, np.arange(n) * model.n_actions + policy, 0)
-    rows: Any = transitions[pairs][:, :n]
-    reward = model.reward[pairs]
-    if not acts.all():
-        rows, reward = rows * acts[:, np.newaxis], reward * acts
-    return solved(csr_array(rows), reward, gamma)
+    pairs = np.flatnonzero(acts) * model.n_actions + policy[acts]
+    first, counts = pairs, acts.astype(np.int64)
+    if model.offsets.size:
+        first = model.offsets[pairs]
+        counts[acts] = model.offsets[pairs + 1] - first
+    indptr = np.concatenate([[0], np.cumsum(counts), [counts.sum()]])  # the end is one more row, without entries
+    taken = np.arange(indptr[-1]) + np.repeat(first - indptr[:-2][acts], counts[acts])
+    probability = model.probability[taken] if model.offsets.size else np.ones(taken.size)
+    parts = probability, model.next_state[taken].astype(np.int64), indptr
+    right = np.zeros(n + 1)
+    right[:-1][acts] = model.reward[pairs]
+    return solved(csr_array(parts, shape=(n + 1, n + 1)), right, gamma)[:-1]
 
 
 def solved(transition: csr_array, right: FloatArray, gamma: float) -> FloatArray:
     """Return x of ``x = right + gamma transition x``, (S,) or (S, K) as `right`.
 
-    A matrix that is small and full is factorised by LAPACK, one that is small or has few entries by SuperLU, and for
-    others BiCGSTAB is tried before SuperLU, whose factors could be large.
+    A matrix with few entries is factorised by SuperLU, a small one by LAPACK. For others BiCGSTAB is tried first, which
+    is fast where states mix, and does not fill memory where they are many.
     """
     n, n_entries = transition.shape[0], transition.nnz
-    system = (eye_array(n, format="csr") - gamma * transition).tocsc()
-    if n <= _MOST_DENSE and 20 * n_entries >= n * n:
-        dense: FloatArray = np.linalg.solve(system.toarray(), right)
-        return dense
-    if n > _MOST_DIRECT and n_entries > 2 * n:
+    system = eye_array(n, format="csr") - gamma * transition
+    if n > _SMALL and n_entries > _FEW * n:
         found = [_iterated(system, column) for column in np.atleast_2d(right.T)]
         if all(column is not None for column in found):
             return np.reshape(np.stack(found, axis=-1), right.shape)  # type: ignore[arg-type]  # none is None
+    if n <= _SMALL or (n <= _MOST_DENSE and n_entries > 2 * _FEW * n):
+        dense: FloatArray = np.linalg.solve(system.toarray(), right)
+        return dense
+    system = system.tocsc()
     factors = splu(system)
     x: FloatArray = factors.solve(right)
     return x + factors.solve(right - system @ x)  # one step of refinement
 
 
 def _iterated(system: Any, right: FloatArray) -> FloatArray | None:
-    x, failed = bicgstab(system, right, rtol=1e-14, atol=0.0, maxiter=5000)
+    x, failed = bicgstab(system, right, rtol=1e-14, atol=0.0, maxiter=300 if right.size <= _MOST_DENSE else 5000)
     return None if failed else x
 
 

@@ -103,9 +103,9 @@ def solve(env: Environment, gamma: float = 0.95, method: str = "value-iteration"
     v, policy = np.empty_like(found), np.full(model.n_states, -1, dtype=np.int64)
     low, high, _ = improve(model, found, gamma, 0.0, policy, v)
     v[:-1] += stopping.centre(low, high)
-    q = np.empty((model.n_states, model.n_actions))
-    write_action_values(model, v, gamma, q)
-    return Solution(q, q.max(axis=1), q.argmax(axis=1), iterations, stopping.bound(low, high, found))
+    q, best = np.empty((model.n_states, model.n_actions)), np.empty(model.n_states)
+    write_action_values(model, v, gamma, q, best, policy)
+    return Solution(q, best, policy, iterations, stopping.bound(low, high, found))
 
 
 def _without_discount(model: Model, starts: IntArray, find: Method, tol: float) -> Solution:
@@ -145,9 +145,9 @@ def _with_gaps(
     bound: float,
 ) -> Solution:
     """Return the solution with NaN where there is no value, and minus infinity where an action may not be taken."""
-    q = np.empty((model.n_states, model.n_actions))
-    write_action_values(inner, v, 1.0, q)
-    best = np.where(has_value, q.max(axis=1), np.nan)
+    q, best = np.empty((model.n_states, model.n_actions)), np.empty(model.n_states)
+    write_action_values(inner, v, 1.0, q, best, np.empty(model.n_states, dtype=np.int64))
+    best = np.where(has_value, best, np.nan)
     q[model.allowed_pairs & ~inner.allowed_pairs] = np.nan
     first = model.allowed_pairs.argmax(axis=1)
     return Solution(q, best, np.where(policy >= 0, policy, first), iterations, bound)

@@ -176,8 +176,35 @@ def follow(model: Model, policy: IntArray, v: FloatArray, gamma: float, n_sweeps
 
 
 @kernel
-def write_action_values(model: Model, v: FloatArray, gamma: float, q: FloatArray) -> None:
-    """Write each pair's value into `q`, minus infinity where the action may not be taken.
+def follow_apart(model: Model, policy: IntArray, v: FloatArray, other: FloatArray, gamma: float, n_sweeps: int) -> None:
+    """Move `v` towards a policy's values by twice as many sweeps, each apart from the values that it reads.
+
+    Parameters
+    ----------
+    model : Model
+    policy : (S,) int64
+    v : (S + 1,) float64
+        Changed.
+    other : (S + 1,) float64
+        Room.
+    gamma : float
+    n_sweeps : int
+    """
+    other[model.n_states] = 0.0
+    for _ in range(n_sweeps):
+        for state in range(model.n_states):
+            other[state] = pair_value(model, v, gamma, state * model.n_actions + policy[state])
+        for state in range(model.n_states):
+            v[state] = pair_value(model, other, gamma, state * model.n_actions + policy[state])
+
+
+@kernel
+def write_action_values(
+    model: Model, v: FloatArray, gamma: float, q: FloatArray, best: FloatArray, policy: IntArray
+) -> None:
+    """Write each pair's value into `q`, each state's largest into `best`, and the first action that has it.
+
+    Where an action may not be taken, its value is minus infinity; where none may, the first action stands.
 
     Parameters
     ----------
@@ -185,14 +212,20 @@ def write_action_values(model: Model, v: FloatArray, gamma: float, q: FloatArray
     v : (S + 1,) float64
     gamma : float
     q : (S, A) float64
-        Changed in place.
+        Changed in place, as all that follow.
+    best : (S,) float64
+    policy : (S,) int64
     """
     for state in range(model.n_states):
+        best[state], policy[state] = -np.inf, 0
         for action in range(model.n_actions):
             if model.allowed.size > 0 and not model.allowed[state, action]:
                 q[state, action] = -np.inf
-            else:
-                q[state, action] = pair_value(model, v, gamma, state * model.n_actions + action)
+                continue
+            value = pair_value(model, v, gamma, state * model.n_actions + action)
+            q[state, action] = value
+            if value > best[state]:
+                best[state], policy[state] = value, action
 
 
 @kernel

@@ -83,14 +83,13 @@ def greedy_that_ends(model: Model, v: FloatArray) -> IntArray:
         Of an `EndingModel`.
     v : (S + 1,) float64
     """
-    q = np.empty((model.n_states, model.n_actions))
-    write_action_values(model, v, 1.0, q)
+    q, best = np.empty((model.n_states, model.n_actions)), np.empty(model.n_states)
+    write_action_values(model, v, 1.0, q, best, np.empty(model.n_states, dtype=np.int64))
     pairs, slack = model.allowed_pairs, model.rounding(v)
-    best = np.where(pairs, q, -np.inf).max(axis=1, keepdims=True)
     while True:
         reached, policy = np.zeros(model.n_states + 1, dtype=np.bool_), np.full(model.n_states, -1, dtype=np.int64)
         reached[-1] = True
-        spread(model, pairs & (q >= best - slack), reached, policy)
+        spread(model, pairs & (q >= best[:, np.newaxis] - slack), reached, policy)
         if (reached[:-1] == pairs.any(axis=1)).all():
             return policy
         slack *= 4.0

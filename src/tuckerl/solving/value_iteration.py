@@ -28,7 +28,7 @@ def value_iteration(v: FloatArray, stopping: Stopping) -> tuple[FloatArray, int]
     model, gamma = stopping.model, stopping.gamma
     policy = np.full(model.n_states, -1, dtype=np.int64)
     most = max(1, _AT_ONCE // model.next_state.size)
-    n_sweeps, between = 0, 1
+    n_sweeps, between = 0, 0 if stopping.may_shift else 1
     while True:
         left = between
         while left > 0:

@@ -28,6 +28,7 @@ class Inspection(NamedTuple):
     steps: IntArray  # (episodes, N)
     returns: FloatArray  # (episodes, N)
     action_mask: BoolArray | None = None  # (N, S, A) where an action may be taken; None where all may
+    optimal: FloatArray | None = None  # (S,) the optimal values; None where they are not known
 
     @property
     def n_agents(self) -> int:
@@ -68,6 +69,13 @@ class Inspection(NamedTuple):
     def known(self) -> FloatArray:
         """The agents' state values, (N, S); NaN where an agent prefers nothing or nobody can stand."""
         return np.where(self.walls, np.nan, values(self.q, self.allowed))
+
+    @property
+    def optimum(self) -> FloatArray:
+        """The optimal values, (S,), NaN where nobody can stand; for figures that need them."""
+        if self.optimal is None:
+            raise ValueError("the optimal values are not known")
+        return np.where(self.walls, np.nan, self.optimal)
 
     @property
     def counts(self) -> IntArray:
@@ -118,6 +126,8 @@ def check_inspection(inspection: Inspection) -> None:
         "steps": (inspection.steps.shape[1:], (n_agents,)),
         "returns": (inspection.returns.shape, inspection.steps.shape),
     }
+    if inspection.optimal is not None:
+        wanted["optimal"] = (inspection.optimal.shape, (n_states,))
     if inspection.loadings is not None:
         states, factors, core, *_ = inspection.loadings
         shapes = tuple(factor.shape for factor in factors)

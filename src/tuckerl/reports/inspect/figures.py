@@ -9,6 +9,7 @@ _LISTED = (
     "tuckerl.reports.inspect.curve:CURVE",
     "tuckerl.reports.inspect.policy:POLICY",
     "tuckerl.reports.inspect.policy:PLAIN",
+    "tuckerl.reports.inspect.optimum:OPTIMUM",
     "tuckerl.reports.inspect.agents:AGENTS",
     "tuckerl.reports.inspect.windows:WEIGHTS",
     "tuckerl.reports.inspect.windows:COPIED",

@@ -3,11 +3,14 @@
 from collections.abc import Sequence
 
 from tuckerl.checks import check_text, shown
-from tuckerl.errors import ParameterTypeError
+from tuckerl.errors import ParameterTypeError, ProblemError
+from tuckerl.problems.mdp import TabularMDP
 from tuckerl.problems.parts import Layout, check_action_names, check_layout
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.learner_text import name_of
+from tuckerl.solving.solve import solve
 from tuckerl.training.learner import Learner
+from tuckerl.types import FloatArray
 
 
 def inspect_learner(
@@ -19,7 +22,8 @@ def inspect_learner(
 ) -> Inspection:
     """Return what there is to see of a learner.
 
-    Cells that no start leads to, such as walls, are blocked; actions that may not be taken are never greedy.
+    Cells that no start leads to, such as walls, are blocked; actions that may not be taken are never greedy. Where the
+    problem's transitions are known, it is solved, so that the optimal values stand beside the learned ones.
 
     Parameters
     ----------
@@ -61,4 +65,15 @@ def inspect_learner(
         steps=learner.steps,
         returns=learner.returns,
         action_mask=learner.action_mask,
+        optimal=_optimal(learner),
     )
+
+
+def _optimal(learner: Learner) -> FloatArray | None:
+    """Return the optimal values with the learner's discount, (S,); None where they do not exist or are not known."""
+    if not isinstance(learner.problem, TabularMDP):
+        return None
+    try:
+        return solve(learner.problem, float(learner.gamma), tol=1e-6).v
+    except ProblemError:  # without a discount, where something never ends; or it is too large
+        return None
