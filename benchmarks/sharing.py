@@ -1,7 +1,8 @@
 """What a window costs whose tables are shared by visits: by rows that changed and agents, whatever the tables' size.
 
 The peer is the rule as it is written down, in NumPy: each agent's whole table is compared with the one before after
-each of ten episodes, and whole tables are mixed. Ours reads the change logs and mixes the rows that are in them.
+each of ten episodes, and whole tables are mixed; that it would have to keep these tables is not counted. Ours reads the
+change logs, in which each row stands about five times for each agent, and mixes the rows that are in them.
 """
 
 import itertools

@@ -502,11 +502,14 @@ def targets() -> tuple[Target, ...]:
                     "ranks": _RANKS,
                     "weights": these("paper", "relative", "constant", "permuted", "none", lambda d: [1.0, 0.5]),
                     "share": these(
-                        "max", "min", "best", "random", "mean", "consensus", "none", lambda c: 1, lambda c: [0.5, 0.5]
+                        *("max", "min", "best", "random", "mean", "visits", "consensus", "none"),
+                        *(lambda c: 1, lambda c: [0.5, 0.5], lambda c: np.full(c.changes.shape, 1 / len(c.changes))),
                     ),
                     "floor": these(0.0, 0.1),
                     "tol": these(0.0, 1e-4),
                     "max_iterations": these(0, 5),
+                    "shrink": these(0.0, 0.5),
+                    "share_every": these(None, 1, 10),
                 },
                 2,
                 check=steers,

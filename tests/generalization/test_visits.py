@@ -167,6 +167,17 @@ def test_one_agent_is_left_alone_and_nothing_is_kept_for_it() -> None:
     assert not alone.change_logs[0].enabled
 
 
+def test_a_function_of_one_agent_is_told_of_no_rows() -> None:
+    def look(context: ShareContext) -> FloatArray:
+        assert (context.states.size, context.rows.shape, context.changes.shape) == (0, (1, 0, 3), (1, 0, 3))
+        return np.ones(context.changes.shape)
+
+    plain = QLearning(PROBLEM, epsilon=0.5, seed=3).learn(4)
+    for ranks in (None, (2, 2, 2, 1)):
+        step = TensorStep(every=2, ranks=ranks, weights="none", share=look)
+        np.testing.assert_array_equal(QLearning(PROBLEM, epsilon=0.5, seed=3, tensor_step=step).learn(4).q, plain.q)
+
+
 def test_it_works_with_weights_of_a_decomposition() -> None:
     step = TensorStep(every=4, ranks=(3, 2, 2, 2), weights="paper", share="visits")
     settings: dict[str, Any] = {"epsilon": 1.0, "n_agents": 3, "seed": 3}

@@ -180,9 +180,12 @@ class TensorStepState:
         if decomposition is not None:
             norms = row_norms(decomposition.factors[3])
         context, states = ShareContext(norms, returns[:, -n_episodes:].T.copy(), rng), None
-        if self._sharing.needs_changes and self._n_agents > 1:
-            states, changes = self.snapshots.changes(logs, self.places.place(episode - n_episodes + 1))
-            context = context._replace(states=states, rows=q[:, states], changes=changes)
+        if self._sharing.needs_changes:
+            known = np.zeros(0, dtype=np.int64), np.zeros((self._n_agents, 0, self._n_actions), dtype=np.int64)
+            if self._n_agents > 1:
+                known = self.snapshots.changes(logs, self.places.place(episode - n_episodes + 1))
+                states = known[0]
+            context = context._replace(states=known[0], rows=q[:, known[0]], changes=known[1])
         mixture = self._sharing.mix(context)
         if mixture is not None and mixture.ndim == 1:
             states = self.snapshots.touched(logs) if self.places.length else None
