@@ -105,6 +105,21 @@ def test_it_goes_on_through_files(variant: str, tmp_path: Path) -> None:
     goes_on_through_files(made, random_mdp(31, n_states=9, n_outcomes=2), tmp_path, lambda_=0.8, **own)
 
 
+def test_a_visited_row_is_recorded_though_the_errors_around_the_visit_cancel() -> None:
+    # 0 -> 1 -> 0 -> end, by chance. Errors: 0; then 1 at phi 0.25; then -3.875 - 0.125 at phi 0.0625: together 0. But
+    # Q(0) is 0.125 - 0.5 x 4.
+    rewards, ends = [[[0.0, -3.875]], [[1.0, 1.0]]], [[[False, True]], [[False, False]]]
+    problem = TabularMDP([[[1, 1]], [[0, 0]]], rewards, ends, np.full((2, 1, 2), 0.5))
+    step, found = TensorStep(every=5, ranks=(1, 1, 1, 1)), 0
+    for seed in range(30):
+        learner = SarsaLambda(problem, tensor_step=step, **HALVES | {"seed": seed}).learn(1)
+        if learner.steps.item() == 3:
+            log, found = learner.change_logs[0], found + 1
+            assert learner.q[0, :, 0].tolist() == [-1.875, 0.0]
+            assert sorted(log.state[: log.end[0]].tolist()) == [0, 1]
+    assert found > 0
+
+
 # Watkins' Q(lambda)
 
 

@@ -241,17 +241,21 @@ def _visit(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeLog
     step_sizes : (A,) float64
         Alpha times omega.
     log : ChangeLog
-        Where the row is kept; that it changes is recorded when it catches up.
+        Where the row is recorded if it has missed something; else it is kept, and recorded when it catches up.
     state, action : int
         The pair.
     """
-    keep_row(log, state)
     slot = traces.slot[state]
     if slot == 0:
         traces.cursor[ROWS] += 1
         slot = np.uint32(traces.cursor[ROWS])
         traces.slot[state], traces.state[slot], traces.epoch[slot] = slot, state, traces.cursor[EPOCH]
         traces.synced[slot, 0], traces.synced[slot, 1] = traces.clock[DELTA], traces.clock[REST]
+    missed = _missed(traces, slot)
+    if missed != 0.0:  # what comes may cancel it, so that the row would not be seen to change when it catches up
+        record_change(log, state)
+    else:
+        keep_row(log, state)
     before, kept = traces.constant[slot, action], 1.0
     if traces.decay.trace == Trace.REPLACING:
         kept = 0.0
@@ -259,7 +263,7 @@ def _visit(traces: Traces, q: FloatArray, step_sizes: FloatArray, log: ChangeLog
         kept = 1.0 - step_sizes[action]
     after = kept * before + 1.0 / traces.clock[PHI]
     traces.constant[slot, action] = after
-    q[state, action] += step_sizes[action] * ((before - after) * _missed(traces, slot))
+    q[state, action] += step_sizes[action] * ((before - after) * missed)
 
 
 @kernel
