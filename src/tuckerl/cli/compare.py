@@ -43,6 +43,7 @@ def compare(
     # Imported here, so that --help is quick.
     from tuckerl.cli.compiling import compiling_said
     from tuckerl.cli.settings import parse_parameters, parse_settings
+    from tuckerl.cli.warnings import short_warnings
     from tuckerl.progress import default_workers, progress_bar
     from tuckerl.reports.comparison_page import outcome, write_comparison
     from tuckerl.reports.learner_text import by_agent
@@ -55,7 +56,7 @@ def compare(
     comparison = comparison_study(config)
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
     workers = default_workers() if workers is None else workers
-    with compiling_said(), progress_bar("runs") as progress:
+    with compiling_said(), short_warnings(), progress_bar("runs") as progress:
         tables = run_study(
             comparison.study, folder, workers=workers, overwrite=overwrite, accept_code=accept_code, progress=progress
         )

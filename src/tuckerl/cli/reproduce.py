@@ -30,6 +30,7 @@ def reproduce(
     """
     # Imported here, so that --help is quick.
     from tuckerl.cli.compiling import compiling_said
+    from tuckerl.cli.warnings import short_warnings
     from tuckerl.progress import default_workers, progress_bar
     from tuckerl.reports.report import write_report
     from tuckerl.studies.ablation import ablation_study, ablations
@@ -44,7 +45,7 @@ def reproduce(
     workers = default_workers() if workers is None else workers
 
     def play(part: Study, where: Path, label: str) -> StudyTables:
-        with compiling_said(), progress_bar(label) as progress:
+        with compiling_said(), short_warnings(), progress_bar(label) as progress:
             return run_study(
                 part, where, workers=workers, overwrite=overwrite, accept_code=accept_code, progress=progress
             )
