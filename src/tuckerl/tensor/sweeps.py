@@ -83,8 +83,11 @@ def find_factors(
             if status == FAILED:
                 break
         if is_sweep:
-            n_others, rows = n // size, buffers[2]
-            _to_front(projected, n_columns, size, n_others // n_columns, rows)
+            n_others = n // size
+            rows = projected
+            if n_columns > 1:
+                rows = buffers[2]
+                _to_front(projected, n_columns, size, n_others // n_columns, rows)
             projected = buffers[mode % 2]
             multiply(tools, factor, False, rows, False, projected, rank, n_others, size)
             n, n_columns = rank * n_others, n_columns * rank
