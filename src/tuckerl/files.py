@@ -50,6 +50,13 @@ def delete_unfinished(path: Path) -> None:
             temporary.unlink()
 
 
+def is_file(path: Path) -> bool:
+    """Return whether there is such a file; False where the system does not say, as of a name that is too long."""
+    with suppress(OSError):
+        return path.is_file()
+    return False
+
+
 def check_folder_of(path: Path) -> None:
     """Refuse a path whose folder does not exist, before anything is done that could not be kept.
 

@@ -71,8 +71,9 @@ def steers(policy: Any) -> None:
 def runs(schedule: Any) -> None:
     """Refuse a schedule whose numbers are none."""
     values = schedule.values(5)
-    assert ((values >= 0.0) & (values <= 1.0)).all(), values
-    tuckerl.QLearning(mdp(), epsilon=schedule, seed=0).learn(2)
+    assert ((values >= 0.0) & (values < np.inf)).all(), values
+    policy = {"epsilon": schedule} if schedule.highest <= 1.0 else {"policy": tuckerl.UCB(schedule)}
+    tuckerl.QLearning(mdp(), **policy, seed=0).learn(2)
 
 
 def follows(callback: Any) -> None:

@@ -11,7 +11,7 @@ import pytest
 import tuckerl
 from tests.reports.test_report import LOADING, Page
 from tests.studies.study_texts import LAKE, changed
-from tuckerl.errors import OutputConflictError, ParameterError, UnknownNameError
+from tuckerl.errors import OutputConflictError, ParameterError, ParameterTypeError, UnknownNameError
 from tuckerl.reports.curves import PROBLEM
 from tuckerl.reports.study_page import MOST_SENTENCES, outcome, write_study
 from tuckerl.studies import store
@@ -248,6 +248,8 @@ def test_very_large_studies_are_refused_unless_that_is_meant(folder: Path, tmp_p
         tuckerl.Study.from_text(many)
     (tmp_path / "many.toml").write_text(many)
     assert tuckerl.Study.from_file(tmp_path / "many.toml", most_runs=12_000_000).n_runs == 16_000_000
+    with pytest.raises(ParameterTypeError, match="most_runs must be a whole number of at least 0; got '1' of type str"):
+        tuckerl.Study.from_text(LAKE, most_runs="1")  # type: ignore[arg-type]
 
 
 def test_a_folder_without_a_study_is_said(tmp_path: Path) -> None:
@@ -257,6 +259,9 @@ def test_a_folder_without_a_study_is_said(tmp_path: Path) -> None:
             call(tmp_path)
         with pytest.raises(ParameterError, match="is no folder"):
             call(tmp_path / "none")
+        with pytest.raises(ParameterError, match=r"cannot look into 'a+.*: File name too long"):
+            call("a" * 5000)
+    assert study.status("a" * 5000).n_finished == 0
 
 
 def test_progress_is_shown_on_a_terminal_only(folder: Path) -> None:

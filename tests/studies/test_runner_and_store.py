@@ -1,5 +1,6 @@
 import tempfile
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -306,21 +307,22 @@ def test_a_folder_is_one_process_at_a_time(study: Study, tmp_path: Path) -> None
     Store(tmp_path, study).close()
 
 
-def failing_problem(instance: int) -> Any:
-    if instance == 1:
+def failing_problem(instance: int, failing: int) -> Any:
+    if instance == failing:
         raise ZeroDivisionError("no such maze")
     return sutton_maze()
 
 
-def test_a_run_that_fails_is_recorded_and_the_study_goes_on(study: Study, tmp_path: Path) -> None:
+@pytest.mark.parametrize("failing", [0, 1])  # the first instance is also what kernels are compiled with
+def test_a_run_that_fails_is_recorded_and_the_study_goes_on(study: Study, tmp_path: Path, failing: int) -> None:
     scenario = replace(study.scenarios[0], n_runs=1, n_episodes=5, variants=study.scenarios[0].variants[:2])
-    broken = Study((replace(scenario, problem=failing_problem),), 3)
+    broken = Study((replace(scenario, problem=partial(failing_problem, failing=failing)),), 3)
     for _ in range(2):
         with pytest.warns(
             FailedRunsWarning, match=r"2 runs ended with an error .* ZeroDivisionError: no such maze; the"
         ):
             tables = run_study(broken, tmp_path, workers=1)
-        assert set(tables.runs["instance"]) == {0}
+        assert set(tables.runs["instance"]) == {1 - failing}
         assert len(list((tmp_path / "failures").iterdir())) == 2
         assert all("Traceback" in path.read_text() for path in (tmp_path / "failures").iterdir())
     with Store(tmp_path, Study((scenario,), 3), accept_code=True) as store:

@@ -246,5 +246,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text("runs = x")
     with pytest.raises(ParameterError, match=r"study\.toml, line 1: it is no TOML"):
         read_study_file(tmp_path / "study.toml")
+    with pytest.raises(ParameterError, match=r"study\.toml, its last line: it is no TOML: Expected"):
+        parse_study_file("title = 'x", "study.toml")
     with pytest.raises(ParameterError, match="too many brackets"):
         parse_study_file("x = " + "[" * 3000 + "]" * 3000)

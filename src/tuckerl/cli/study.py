@@ -61,14 +61,15 @@ def status(
 
     A table on a terminal; elsewhere a line each, its columns apart by tabs.
     """
+    from tuckerl.files import is_file
     from tuckerl.reports.study import Study
     from tuckerl.reports.study_page import troubles
     from tuckerl.studies.study_file import read_study_file
     from tuckerl.studies.study_folder import kept_file
 
-    is_file = place.is_file()
-    made = Study(read_study_file(place) if is_file else kept_file(place))
-    folder = _folder_of(place) if is_file else place
+    is_of_file = is_file(place)
+    made = Study(read_study_file(place) if is_of_file else kept_file(place))
+    folder = _folder_of(place) if is_of_file else place
     found = made.status(folder)
     _show(found)
     for words in (repr(made), *troubles(found)):

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import polars as pl
 
-from tuckerl.checks import check_flag, check_path
+from tuckerl.checks import check_flag, check_int, check_path
 from tuckerl.errors import ParameterError
-from tuckerl.files import make_folder, write_whole
+from tuckerl.files import is_file, make_folder, write_whole
 from tuckerl.progress import default_workers, progress_bar
 from tuckerl.reports.study_page import outcomes_of, write_study
 from tuckerl.reports.text import counted
@@ -89,7 +89,7 @@ class Study:
 
         Raises
         ------
-        ParameterError, UnknownNameError
+        ParameterError, ParameterTypeError, UnknownNameError
             If the file cannot be read, or something in it is wrong: said with its line.
         """
         return cls._made(read_study_file(check_path("path", path)), most_runs)
@@ -106,7 +106,7 @@ class Study:
 
     @classmethod
     def _made(cls, file: StudyFile, most_runs: int) -> "Study":
-        if file.n_runs > most_runs:
+        if file.n_runs > check_int("most_runs", most_runs, 0):
             raise ParameterError(f"{many_runs(file)}: pass most_runs={file.n_runs} where that is meant")
         return cls(file)
 
@@ -199,7 +199,7 @@ class Study:
             If the folder cannot be read.
         """
         folder = check_path("folder", folder)
-        is_begun = (folder / FILE).is_file()
+        is_begun = is_file(folder / FILE)
         kept = kept_runs(self._plan, folder) if is_begun else NOTHING_KEPT
         return status_of(self._plan, kept, reached_of(self._plan, kept.tables))
 
@@ -252,7 +252,7 @@ class Study:
         return path
 
     def _kept(self, folder: Path) -> KeptRuns:
-        if not (folder / FILE).is_file():
+        if not is_file(folder / FILE):
             kept_file(folder)  # says what is missing
         return kept_runs(self._plan, folder)
 

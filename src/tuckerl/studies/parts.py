@@ -1,8 +1,9 @@
 """What runs have left, in files that are written once and never changed: each has its own digest as its name.
 
 A part is a zip file without compression: ``index.json``, which says which runs are in it, by identity, and what code
-played them, and a Parquet file for each table, whose rows say of which of these runs they are. A part that does not
-have the digest that its name says is damaged: it is set aside, and what it may have held has not been played.
+played them, the latest of it with the highest number, and a Parquet file for each table, whose rows say of which of
+these runs they are. A part that does not have the digest that its name says is damaged: it is set aside, and what it
+may have held has not been played.
 """
 
 import hashlib
@@ -58,6 +59,7 @@ class Parts:
         """What code has played them, by its digest."""
         self.stored: dict[str, list[Stored]] = {}
         """All runs that are stored, by identity; several times where other code has played them, too."""
+        self._order: dict[str, int] = {}  # of codes, by when they first played here: parts' names have none
         self._sizes: dict[str, int] = {}
         self._damaged: list[Path] = []
         for path in sorted(folder.glob(f"*{_SUFFIX}")):
@@ -86,8 +88,14 @@ class Parts:
         self._add_index(path.stem, index)
         self._sizes[path.stem] = len(content)
 
+    def latest(self, several: Sequence[Stored]) -> Stored:
+        """Return what the latest code has played, of the same run."""
+        return max(several, key=lambda stored: self._order[stored.code])
+
     def _add_index(self, part: str, index: dict[str, Any]) -> None:
         self.codes |= index["codes"]
+        for code in index["codes"]:
+            self._order[code] = max(self._order.get(code, 0), index.get("order", {}).get(code, 0))
         for place, (identity, code, *run) in enumerate(index["runs"]):
             self.stored.setdefault(identity, []).append(Stored(Run(*run), code, part, place))
 
@@ -106,7 +114,9 @@ class Parts:
     def _write(self, runs: Sequence[tuple[str, Run, str]], tables: StudyTables) -> None:
         entries = [[identity, code, *run] for identity, run, code in runs]
         codes = {code: self.codes[code] for code in sorted({code for _, _, code in runs})}
-        index = {"runs": entries, "codes": codes}
+        new = max(self._order.values(), default=0) + 1
+        order = {code: self._order.get(code, new) for code in codes}
+        index = {"runs": entries, "codes": codes, "order": order}
         buffer = io.BytesIO()
         with zipfile.ZipFile(buffer, "w") as archive:
             _put(archive, "index.json", json.dumps(index).encode())

@@ -3,7 +3,7 @@
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -31,12 +31,15 @@ def _without_warnings() -> Iterator[None]:
 
 
 def warm_up(study: Study) -> None:
-    """Compile what the study needs, or fetch it from the cache on disk: play every kind of variant for a window."""
+    """Compile what the study needs, or fetch it from the cache on disk: play every kind of variant for a window.
+
+    What fails here fails in the runs as well, one by one, where it is recorded.
+    """
     for scenario in study.scenarios:
         kinds = {(variant.learner, variant.tensor_step is None): variant for variant in scenario.variants}
         for variant in kinds.values():
-            learner = variant.make(_environment(scenario, variant, 0), study.run_seed(scenario, 0, 0))
-            with _without_warnings():
+            with _without_warnings(), suppress(Exception):
+                learner = variant.make(_environment(scenario, variant, 0), study.run_seed(scenario, 0, 0))
                 learner.learn(episodes=1 if variant.tensor_step is None else variant.tensor_step.every)
 
 

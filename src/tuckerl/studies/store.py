@@ -66,9 +66,9 @@ class Results:
             if code in of_code:
                 of_now[identity] = of_code[code]
             elif accepted:
-                of_now[identity] = accepted[-1]
+                of_now[identity] = self._parts.latest(accepted)
             elif found:
-                of_then[identity] = found[-1]
+                of_then[identity] = self._parts.latest(found)
         return of_now, of_then
 
     def finished(self) -> set[Run]:
@@ -146,6 +146,9 @@ class Store(Results):
         self._parts.codes |= {digest: self._codes[variant] for variant, digest in self._code.items()}
         if accept_code:
             self._accepted |= {stored.code for stored in self._of_then.values()}
+        if overwrite:  # what was accepted before, too, is played again
+            self._accepted.clear()
+        if accept_code or overwrite:
             self._finished, self._of_then = self._stored()
         if difference is not None:
             self._forget_shown()
@@ -240,8 +243,8 @@ class Store(Results):
 
     def _state(self) -> str:
         """Return a digest of what the tables are made of."""
-        finished = self.finished()
-        runs = [[*run, one] for run, one in self._identities.items() if run in finished]
+        finished = self._finished
+        runs = [[*run, one, finished[one].code] for run, one in self._identities.items() if one in finished]
         return hashlib.sha256(json.dumps(runs).encode()).hexdigest()
 
     def _made(self) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import polars as pl
 
 from tuckerl.checks import check_int, check_name, shown
 from tuckerl.errors import ParameterError
-from tuckerl.files import write_whole
+from tuckerl.files import is_file, write_whole
 from tuckerl.studies.estimates import Estimate, Reached
 from tuckerl.studies.parts import Parts
 from tuckerl.studies.reproduce import Progress, run_study
@@ -67,8 +67,12 @@ def kept_file(folder: Path) -> StudyFile:
         If there is none, or something is wrong in it.
     """
     path = folder / FILE
-    if not path.is_file():
-        what = "is no folder" if not folder.is_dir() else f"holds no {FILE}, so no study was run into it from a file"
+    if not is_file(path):
+        try:
+            is_folder = folder.is_dir()
+        except OSError as error:
+            raise ParameterError(f"cannot look into {shown(str(folder))}: {error.strerror}") from error
+        what = f"holds no {FILE}, so no study was run into it from a file" if is_folder else "is no folder"
         raise ParameterError(f"{folder} {what}: `tuckerl study run FILE --out {folder}` makes one")
     return read_study_file(path)
 

@@ -98,7 +98,7 @@ def read_toml(text: str, file: str) -> tuple[dict[str, Any], Place]:
         return document, Place(file, lines_of(text))
     except tomllib.TOMLDecodeError as error:
         reason, _, where = str(error).rpartition(" (at ")
-        line = where.partition(",")[0] if reason else "its last line"
+        line = where.partition(",")[0] if where.startswith("line ") and reason else "its last line"
         raise ParameterError(f"{file}, {line}: it is no TOML: {reason or error}") from error
     except RecursionError as error:
         raise ParameterError(f"{file}: it has too many brackets within brackets") from error
