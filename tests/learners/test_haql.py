@@ -9,7 +9,8 @@ import pytest
 from tests.learners.matching import compare, compare_with_step, goes_on_through_files
 from tests.learners.test_masks import masked_mdp, masks
 from tests.learners.worlds import corridor, random_maze, random_mdp
-from tuckerl import HAQL, Linear, QLearning, TabularMDP, TensorStep, sutton_maze
+from tests.training.test_going_on import Disturbed, Interrupts, assert_all_same, fail, learned
+from tuckerl import HAQL, UCB, Linear, QLearning, TabularMDP, TensorStep, sutton_maze
 from tuckerl.errors import DivergenceWarning, ParameterError, ParameterTypeError, ProblemError
 
 PROBLEMS = {
@@ -167,6 +168,15 @@ NO_HEURISTIC = TabularMDP([[0, 1], [1, 1]], np.zeros((2, 2)), [[False, True], [T
 def test_bad_input_is_said(problem: Any, parameters: dict[str, Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         HAQL(problem, **parameters)
+
+
+def test_what_is_broken_off_leaves_nothing_of_the_heuristic_in_the_table(tmp_path: Path) -> None:
+    # UCB keeps a row to undo its count while the row holds Q + xi H for the moment.
+    parameters: dict[str, Any] = {"policy": UCB(0.7), "heuristic": np.arange(6.0), "alpha": 0.3, "seed": 3}
+    whole = HAQL(lambda: Disturbed(Interrupts(None)), **parameters).learn(12)
+    learner, n_stops = learned(HAQL(lambda: Disturbed(Interrupts(fail, 7, 8, 40)), **parameters), 12)
+    assert n_stops == 3
+    assert_all_same(learner, whole, tmp_path)
 
 
 def test_divergence_stops_learning() -> None:

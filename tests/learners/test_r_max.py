@@ -99,6 +99,16 @@ def test_a_bound_must_be_given_where_none_is_known() -> None:
     assert RMax(drift(), r_max=0.25, seed=0).learn(2).episodes == 2
 
 
+def test_observations_in_bins_are_cut_once(tmp_path: Any) -> None:
+    learner = RMax("MountainCar-v0", bins=3, r_max=-1.0, seed=0)
+    assert learner.problem.n_states == 9
+    learner.tol = 1e-3  # by the constructor
+    learner.save(tmp_path / "agent")
+    assert load(tmp_path / "agent").problem.n_states == 9
+    with pytest.raises(ParameterError, match="bins are for environments whose observations are a Box"):
+        RMax(corridor(), bins=3)
+
+
 def test_a_reward_above_the_bound_ends_learning() -> None:
     learner = RMax(TableEnv(one_way(3)), r_max=5.0, m=1, seed=0)
     with pytest.raises(

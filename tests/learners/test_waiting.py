@@ -27,7 +27,7 @@ from tuckerl import (
     TensorStep,
     TreeBackup,
 )
-from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
+from tuckerl.errors import ParameterError, ParameterTypeError, SavedFileError, UnknownNameError
 from tuckerl.learners import monte_carlo
 from tuckerl.training.policies.policy import Policy
 
@@ -159,6 +159,15 @@ def test_pieces_through_files_equal_the_whole(variant: str, tmp_path: Path) -> N
         pieces = made.load(tmp_path / "agent").learn(piece)
     assert_same(pieces, whole)
     assert_all_same(pieces, whole, tmp_path)
+
+
+@pytest.mark.parametrize("total", [100.0, np.nan])
+def test_a_file_in_which_rewards_of_no_episode_wait_is_refused(total: float) -> None:
+    learner = NStepSarsa(MDP, seed=0).learn(2)
+    held = learner.declared[0]
+    learner.check_declared(held)
+    with pytest.raises(SavedFileError, match="the sum of their rewards must be 0"):
+        learner.check_declared(held | {"block": np.array([total])})
 
 
 @pytest.mark.parametrize("does", [fail, press_twice])

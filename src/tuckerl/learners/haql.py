@@ -21,7 +21,7 @@ from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_real
 from tuckerl.errors import ProblemError
-from tuckerl.generalization.change_log import record_change
+from tuckerl.generalization.change_log import keep_row, record_change
 from tuckerl.learners.q_learning import move_towards_target
 from tuckerl.problems.immutable import read_only
 from tuckerl.problems.parts import check_heuristic
@@ -65,6 +65,7 @@ def act(algorithm: HAQLState, agent: AgentArrays, state: int) -> int:
     xi, suggested = algorithm.scheduled[0], suggested_action(algorithm, agent, state)
     if xi == 0.0 or suggested == _NONE:
         return choose(agent.policy, agent, state)
+    keep_row(agent.log, state)  # as it is: a policy that counts keeps it, too, but would keep what is held here for now
     value = agent.q[state, suggested]
     heuristic = best_value(agent.q, agent.action_mask, state) - value + algorithm.eta
     agent.q[state, suggested] = value + xi * heuristic

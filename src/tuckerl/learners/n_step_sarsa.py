@@ -11,6 +11,7 @@ rewards are summed from each slot to the block's end; those of the next block ar
 since a slot are the one sum and, discounted, the other.
 """
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
@@ -18,6 +19,7 @@ import numpy as np
 from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int
+from tuckerl.errors import SavedFileError
 from tuckerl.generalization.change_log import record_change
 from tuckerl.learners.recent_steps import COUNT, MOST_STEPS, PLACE, RecentSteps, keep_step, no_steps
 from tuckerl.training.agent_arrays import AgentArrays, Transition
@@ -143,6 +145,11 @@ class NStepSarsa(Learner):
             DeclaredRecord("steps", "none", lambda n_states, n_actions: no_steps(n)),
             DeclaredArray("block", "none", (1,)),
         )
+
+    def check_declared(self, declared: Mapping[str, Any]) -> None:
+        """Refuse a sum of a file that would be added to the next episode's rewards."""
+        if not declared["block"][0] == 0.0:  # nor NaN
+            raise SavedFileError("no step waits between two episodes, so that the sum of their rewards must be 0")
 
     def constants(self) -> dict[str, Any]:
         """Return the powers of gamma."""

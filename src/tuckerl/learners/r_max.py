@@ -203,6 +203,7 @@ class RMax(Learner):
             parameters["epsilon"] = 0.0
         check_compiled(parameters.get("compiled", "auto"))
         problem = as_problem(env, self.adapter_options(parameters))
+        parameters.pop("bins", None)  # the problem has them, and is no environment that could be cut into bins again
         self.r_max = _bound(problem, r_max)
         first = _most(self.r_max, gamma) if initial_q is None else initial_q
         super().__init__(problem, initial_q=first, **parameters)
