@@ -19,6 +19,7 @@ BENCHMARKS = (
     "n_step",
     "solving",
     "first_result",
+    "cluster",
     "experiment",
 )
 

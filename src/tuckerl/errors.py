@@ -137,7 +137,7 @@ class OutputError(TuckerlError, OSError):
 
 
 class WorkerError(TuckerlError, RuntimeError):
-    """The processes that were to play a study's runs do not live."""
+    """The processes that were to play a study's runs do not live, cannot be reached, or cannot play them."""
 
 
 class OutputConflictError(TuckerlError, FileExistsError):
@@ -174,6 +174,10 @@ class KernelCacheWarning(RuntimeWarning):
 
 class DamagedResultsWarning(RuntimeWarning):
     """A file of a study's results is not what was written: it was set aside, and its runs are played again."""
+
+
+class WorkerWarning(RuntimeWarning):
+    """Workers of a cluster are missing, are not used, or not wholly."""
 
 
 class FailedRunsWarning(RuntimeWarning):

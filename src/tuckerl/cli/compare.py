@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from tuckerl.cli.options import AcceptCode, EnvSettings, OverwriteStudy, Seed, Workers
+from tuckerl.cli.options import AcceptCode, Cluster, EnvSettings, OverwriteStudy, Seed, Workers
 
 
 def compare(
@@ -30,6 +30,7 @@ def compare(
         str, typer.Option(help="return or steps of an episode, or final: the return in the last tenth of them.")
     ] = "return",
     workers: Workers = None,
+    cluster: Cluster = None,
     seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for the results. Default: one in results/compare.")] = None,
     overwrite: OverwriteStudy = False,
@@ -44,7 +45,7 @@ def compare(
     from tuckerl.cli.compiling import compiling_said
     from tuckerl.cli.settings import parse_parameters, parse_settings
     from tuckerl.cli.warnings import short_warnings
-    from tuckerl.progress import default_workers, progress_bar
+    from tuckerl.progress import progress_bar
     from tuckerl.reports.comparison_page import outcome, write_comparison
     from tuckerl.reports.learner_text import by_agent
     from tuckerl.studies.comparison import ComparisonConfig, comparison_study
@@ -55,10 +56,15 @@ def compare(
     config = ComparisonConfig(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed)
     comparison = comparison_study(config)
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
-    workers = default_workers() if workers is None else workers
     with compiling_said(), short_warnings(), progress_bar("runs") as progress:
         tables = run_study(
-            comparison.study, folder, workers=workers, overwrite=overwrite, accept_code=accept_code, progress=progress
+            comparison.study,
+            folder,
+            workers=workers,
+            cluster=cluster,
+            overwrite=overwrite,
+            accept_code=accept_code,
+            progress=progress,
         )
     result = summarise_comparison(comparison, tables)
     report = write_comparison(result, folder)

@@ -5,6 +5,12 @@ from typing import Annotated
 import typer
 
 Workers = Annotated[int | None, typer.Option(help="Processes. Default: one for each core.")]
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS", help="A Dask scheduler, such as tcp://host:8786, whose workers play the runs instead."
+    ),
+]
 Seed = Annotated[
     int,
     typer.Option(

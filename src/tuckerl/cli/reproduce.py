@@ -1,11 +1,11 @@
 """``tuckerl reproduce``: the paper's experiments, their figures and the verdicts on its claims."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from tuckerl.cli.options import AcceptCode, OverwriteStudy, Seed, Workers
+from tuckerl.cli.options import AcceptCode, Cluster, OverwriteStudy, Seed, Workers
 
 
 def reproduce(
@@ -13,6 +13,7 @@ def reproduce(
     runs: Annotated[int | None, typer.Option(help="Runs of each instance. Default: the paper's.")] = None,
     episodes: Annotated[int | None, typer.Option(help="Episodes of each run. Default: the paper's.")] = None,
     workers: Workers = None,
+    cluster: Cluster = None,
     seed: Seed = 0,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results. Default: results/paper, or results/quick with --quick.")
@@ -42,13 +43,16 @@ def reproduce(
     from tuckerl.studies.tables import StudyTables
 
     folder = out or Path("results") / ("quick" if quick else "paper")
-    workers = default_workers() if workers is None else workers
+    how: dict[str, Any] = {
+        "workers": workers,
+        "cluster": cluster,
+        "overwrite": overwrite,
+        "accept_code": accept_code,
+    }
 
     def play(part: Study, where: Path, label: str) -> StudyTables:
         with compiling_said(), short_warnings(), progress_bar(label) as progress:
-            return run_study(
-                part, where, workers=workers, overwrite=overwrite, accept_code=accept_code, progress=progress
-            )
+            return run_study(part, where, **how, progress=progress)
 
     study = scenario_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)
     tables = play(study, folder, "runs")
@@ -57,8 +61,9 @@ def reproduce(
     cells = Sensitivity()
     if sensitivity:
         others = sensitivity_study(study, QUICK_RUNS if quick and runs is None else runs)
-        minutes = estimated_seconds(others, tables.times, workers) / 60
-        typer.echo(f"Other readings of the paper: about {minutes:.0f} minutes with {workers} workers.", err=True)
+        n_workers = workers or (1 if cluster else default_workers())
+        minutes = estimated_seconds(others, tables.times, n_workers) / 60
+        typer.echo(f"Other readings of the paper: about {minutes:.0f} minutes with {n_workers} workers.", err=True)
         cells = summarise_sensitivity(others, play(others, folder / "sensitivity", "other readings").runs)
     claims, summaries = summarise(study, tables)
     report = write_report(study, claims, summaries, folder, ablations=taken_apart, sensitivity=cells)

@@ -3,13 +3,13 @@
 import re
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from tuckerl.cli.options import AcceptCode, OverwriteStudy, Workers
+from tuckerl.cli.options import AcceptCode, Cluster, OverwriteStudy, Workers
 
 if TYPE_CHECKING:
     from tuckerl.reports.study import Study
@@ -28,6 +28,7 @@ def run_file(
     file: File,
     out: Annotated[Path | None, typer.Option(help="Folder for the results. Default: one in results/study.")] = None,
     workers: Workers = None,
+    cluster: Cluster = None,
     runs: Annotated[
         int | None, typer.Option(help="Only so many runs of each variant for now; `resume` plays the rest.")
     ] = None,
@@ -42,15 +43,22 @@ def run_file(
     from tuckerl.studies.study_file import read_study_file
 
     made = _made(read_study_file(file), yes)
-    _play(made, _folder_of(file) if out is None else out, workers, accept_code, runs, overwrite)
+    folder = _folder_of(file) if out is None else out
+    _play(made, folder, workers=workers, cluster=cluster, runs=runs, overwrite=overwrite, accept_code=accept_code)
 
 
 @study.command()
-def resume(folder: Folder, workers: Workers = None, accept_code: AcceptCode = False, yes: Yes = False) -> None:
+def resume(
+    folder: Folder,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    accept_code: AcceptCode = False,
+    yes: Yes = False,
+) -> None:
     """Play what is missing of the study in a folder, and write its report."""
     from tuckerl.studies.study_folder import kept_file
 
-    _play(_made(kept_file(folder), yes), folder, workers, accept_code)
+    _play(_made(kept_file(folder), yes), folder, workers=workers, cluster=cluster, accept_code=accept_code)
 
 
 @study.command()
@@ -117,19 +125,12 @@ def _made(file: "StudyFile", yes: bool) -> "Study":
     return Study(file)
 
 
-def _play(
-    made: "Study",
-    folder: Path,
-    workers: int | None,
-    accept_code: bool,
-    runs: int | None = None,
-    overwrite: bool = False,
-) -> None:
+def _play(made: "Study", folder: Path, **how: Any) -> None:
     from tuckerl.cli.compiling import compiling_said
     from tuckerl.cli.warnings import short_warnings
 
     with compiling_said(), short_warnings():
-        made.run(folder, workers=workers, runs=runs, overwrite=overwrite, accept_code=accept_code, progress=True)
+        made.run(folder, progress=True, **how)
     _report(made, folder)
 
 

@@ -16,6 +16,7 @@ from tuckerl.errors import (
     RankWarning,
     ResumeWarning,
     StepCapWarning,
+    WorkerWarning,
     ZeroWeightWarning,
 )
 
@@ -29,6 +30,7 @@ OWN: tuple[type[Warning], ...] = (
     KernelCacheWarning,
     DamagedResultsWarning,
     FailedRunsWarning,
+    WorkerWarning,
 )
 
 

@@ -10,7 +10,7 @@ import polars as pl
 from tuckerl.checks import check_flag, check_int, check_path
 from tuckerl.errors import ParameterError
 from tuckerl.files import is_file, make_folder, write_whole
-from tuckerl.progress import default_workers, progress_bar
+from tuckerl.progress import progress_bar
 from tuckerl.reports.study_page import outcomes_of, write_study
 from tuckerl.reports.text import counted
 from tuckerl.studies.estimates import reached_of
@@ -134,6 +134,7 @@ class Study:
         folder: str | PathLike[str],
         *,
         workers: int | None = None,
+        cluster: str | None = None,
         overwrite: bool = False,
         accept_code: bool = False,
         runs: int | None = None,
@@ -149,6 +150,9 @@ class Study:
             Made if it is missing; it gets a copy of the study's file.
         workers : int, optional
             Processes. Default: one for each core. They change nothing but the time.
+        cluster : str, optional
+            The address of a Dask scheduler, such as ``"tcp://host:8786"``, whose workers play the runs instead, to the
+            same bytes. Needs ``tuckerl[cluster]``.
         overwrite : bool
             Whether another study may take the place of that in the folder, and runs that other code has played be
             played again.
@@ -167,13 +171,14 @@ class Study:
         Raises
         ------
         ParameterError, ParameterTypeError
-            If a number is impossible.
+            If a number is impossible, or both `workers` and `cluster` are given.
         OutputError, OutputConflictError
             If the folder cannot be written, or holds another study's results, or runs of other code, and nothing says
             what to do with them.
+        MissingExtraError, WorkerError
+            If the cluster cannot be reached, or no worker can play the study.
         """
         folder = check_path("folder", folder)
-        workers = default_workers() if workers is None else workers
         overwrite, shown = check_flag("overwrite", overwrite), check_flag("progress", progress)
         accept_code = check_flag("accept_code", accept_code)
         with progress_bar("runs") as bar:
@@ -182,6 +187,7 @@ class Study:
                 self._plan,
                 folder,
                 workers=workers,
+                cluster=cluster,
                 overwrite=overwrite,
                 accept_code=accept_code,
                 runs=runs,

@@ -96,10 +96,10 @@ def code_digest(code: dict[str, str]) -> str:
     return hashlib.sha256(json.dumps(code, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def changes(there: dict[str, Any], here: dict[str, Any]) -> list[str]:
-    """Return in words what differs between the code of finished runs and that of now, versions first."""
+def changes(there: dict[str, Any], here: dict[str, Any], now: str = "now") -> list[str]:
+    """Return in words what differs between other code, as of finished runs, and that of now, versions first."""
     versions = [
-        f"{name} {there[name]} there and {here[name]} now" for name in _versions() if there.get(name) != here[name]
+        f"{name} {there[name]} there and {here[name]} {now}" for name in _versions() if there.get(name) != here[name]
     ]
     modules = sorted(name for name in {*there, *here} - set(_versions()) if there.get(name) != here.get(name))
     if modules:

@@ -1,12 +1,15 @@
 """Running a study into a folder, picking up where an earlier call stopped."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
-from tuckerl.checks import check_int
-from tuckerl.errors import FailedRunsWarning, warn
+from tuckerl.checks import check_int, check_text
+from tuckerl.errors import FailedRunsWarning, ParameterError, warn
+from tuckerl.progress import default_workers
+from tuckerl.studies.cluster import play_on_cluster
 from tuckerl.studies.runs import Run
 from tuckerl.studies.store import Store
 from tuckerl.studies.study import Study
@@ -19,13 +22,15 @@ _QUICKLY_WRITTEN = 1_000_000  # rows, within a second
 
 Progress = Callable[[int, int], None]
 """Called with the number of runs that are finished and stored, and of all runs."""
+Player = Callable[[Study, Sequence[Task]], Generator[list[Played], None, None]]
 
 
 def run_study(
     study: Study,
     folder: Path,
     *,
-    workers: int,
+    workers: int | None = None,
+    cluster: str | None = None,
     overwrite: bool = False,
     accept_code: bool = False,
     progress: Progress | None = None,
@@ -35,18 +40,33 @@ def run_study(
     An interrupt, and a kill, keep every finished run: calling again goes on from there. A run that ends with an error
     is recorded with its traceback, in the folder ``failures``, and the study goes on.
 
+    Parameters
+    ----------
+    study : Study
+    folder : Path
+    workers : int, optional
+        Processes on this machine. Default: one for each core.
+    cluster : str, optional
+        The address of a Dask scheduler, whose workers play the runs instead.
+    overwrite, accept_code : bool
+    progress : callable, optional
+
     Raises
     ------
+    ParameterError, ParameterTypeError
+        If a number is impossible, or both `workers` and `cluster` are given.
+    MissingExtraError, WorkerError
+        If the cluster cannot be used, or no worker lives.
     OutputError, OutputConflictError
         If the folder cannot be written, is in use, or holds another study's results, or runs that other code has
         played, and neither `overwrite` nor `accept_code` says what to do with them.
     """
-    workers = check_int("workers", workers, 1)
+    player = _player(workers, cluster)
     with Store(folder, study, overwrite=overwrite, accept_code=accept_code) as store:
         missing = store.missing()
         tasks = tasks_of(missing, store.checkpoints(missing))
         try:
-            _play(store, tasks, workers, progress or (lambda done, total: None))
+            _play(store, tasks, player, progress or (lambda done, total: None))
         except KeyboardInterrupt:
             if store.n_rows < _QUICKLY_WRITTEN:  # otherwise its end would have to be waited for
                 store.write_tables()
@@ -67,7 +87,16 @@ def _tell_of(failures: dict[Run, Path]) -> None:
         )
 
 
-def _play(store: Store, tasks: list[Task], workers: int, progress: Progress) -> None:
+def _player(workers: int | None, cluster: str | None) -> Player:
+    """Return who plays tasks: this machine's processes, or a cluster's workers."""
+    if cluster is None:
+        return partial(play_tasks, workers=default_workers() if workers is None else check_int("workers", workers, 1))
+    if workers is not None:
+        raise ParameterError("workers are processes on this machine, and a cluster has its own: give one of the two")
+    return partial(play_on_cluster, address=check_text("cluster", cluster))
+
+
+def _play(store: Store, tasks: list[Task], player: Player, progress: Progress) -> None:
     """Play the tasks, store what they leave, and say so when it is stored."""
     done = len(store.finished())
     total = done + sum(len(task.runs) for task in tasks)
@@ -75,7 +104,7 @@ def _play(store: Store, tasks: list[Task], workers: int, progress: Progress) -> 
     due = time.monotonic()
     progress(done, total)
     try:
-        with closing(play_tasks(store.study, tasks, workers)) as played:
+        with closing(player(store.study, tasks)) as played:
             for results in played:
                 waiting += results
                 begun = time.monotonic()

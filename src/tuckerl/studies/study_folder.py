@@ -82,7 +82,8 @@ def play_study(
     study: Study,
     folder: Path,
     *,
-    workers: int,
+    workers: int | None = None,
+    cluster: str | None = None,
     overwrite: bool = False,
     accept_code: bool = False,
     runs: int | None = None,
@@ -97,8 +98,7 @@ def play_study(
     study : Study
         Of the file.
     folder : Path
-    workers : int
-    overwrite, accept_code : bool
+    workers, cluster, overwrite, accept_code
         As of :func:`~tuckerl.studies.reproduce.run_study`.
     runs : int, optional
         Only so many runs of each variant for now, where it has more.
@@ -125,7 +125,15 @@ def play_study(
         if progress is not None:
             progress(done, total)
 
-    return run_study(study, folder, workers=workers, overwrite=overwrite, accept_code=accept_code, progress=report)
+    return run_study(
+        study,
+        folder,
+        workers=workers,
+        cluster=cluster,
+        overwrite=overwrite,
+        accept_code=accept_code,
+        progress=report,
+    )
 
 
 class KeptRuns(NamedTuple):

@@ -65,7 +65,7 @@ def play_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[l
         warm_up(study)
         if workers == 1:
             for task in tasks:
-                yield _play(study, task)
+                yield play_task(study, task)
             return
     waiting, has_played = deque(tasks), False
     while waiting:
@@ -94,7 +94,8 @@ _DIED = (
 )
 
 
-def _play(study: Study, task: Task) -> list[Played]:
+def play_task(study: Study, task: Task) -> list[Played]:
+    """Return what comes of a task's runs, played in this process."""
     played = []
     for run, checkpoint in zip(task.runs, task.checkpoints, strict=True):
         try:
@@ -174,4 +175,4 @@ def _end_with_parent() -> None:
 def _work(task: Task) -> list[Played]:
     if _study is None:
         raise RuntimeError("a worker was asked to work before it was started")
-    return _play(_study, task)
+    return play_task(_study, task)
