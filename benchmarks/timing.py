@@ -26,10 +26,10 @@ def seconds(work: Callable[[], object]) -> float:
 
 
 @contextmanager
-def replaced(thing: Any, name: str, function: Callable[..., Any]) -> Iterator[None]:
-    """Put a function in the place of a module's or a class's own while the block lasts."""
+def replaced(thing: Any, name: str, value: Any) -> Iterator[None]:
+    """Put something in the place of what a module or a class has under a name while the block lasts."""
     original = getattr(thing, name)
-    setattr(thing, name, function)
+    setattr(thing, name, value)
     try:
         yield
     finally:
