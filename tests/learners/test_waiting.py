@@ -215,6 +215,10 @@ def test_how_far_ahead_can_change() -> None:
     assert learner.steps.tolist() == other.steps.tolist()
     assert learner.n == 7
     assert learner.declared[0]["steps"].ring.size == 7
+    learner = NStepSarsa(MDP, n=2, gamma=0.9, epsilon=1.0, seed=0)
+    learner.n, learner.gamma = 3, 0.5  # before the first episode
+    fresh = NStepSarsa(MDP, n=3, gamma=0.5, epsilon=1.0, seed=0).learn(5)
+    np.testing.assert_array_equal(learner.learn(5).q, fresh.q)
 
 
 def test_means_have_no_step_size_and_a_number_has() -> None:

@@ -137,6 +137,7 @@ class NStepSarsa(Learner):
     def __init__(self, env: Environment, *, n: int = 4, **parameters: Unpack[LearnerParameters]) -> None:
         self.n = check_int("n", n, 1, MOST_STEPS)
         super().__init__(env, **parameters)
+        self._powers = self.gamma ** np.arange(self._n_waited_for() + 1)  # once: of a large n, they take long
 
     def declare_state(self) -> tuple[Declaration, ...]:
         """Return the steps that are waited for, of which none is left between two episodes."""
@@ -153,7 +154,7 @@ class NStepSarsa(Learner):
 
     def constants(self) -> dict[str, Any]:
         """Return the powers of gamma."""
-        return {"powers": self.gamma ** np.arange(self._n_waited_for() + 1)}
+        return {"powers": self._powers}
 
     def _n_waited_for(self) -> int:
         """Return `n`, or fewer steps where no episode has so many: this comes to the same."""
