@@ -108,3 +108,13 @@ def test_a_very_large_study_is_asked_about(monkeypatch: pytest.MonkeyPatch, caps
     assert "workers must be" in capsys.readouterr().err
     assert status_of("study", "run", "many.toml", "--workers", "0", "--yes") == 2
     assert "workers must be" in capsys.readouterr().err
+
+
+def test_a_cluster_that_is_not_there_is_said_and_the_same_command_works_later(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert status_of("study", "run", "lake.toml", "--cluster", "tcp://127.0.0.1:1") == 2
+    assert "tuckerl: no Dask scheduler answers at tcp://127.0.0.1:1 (" in capsys.readouterr().err
+    assert status_of("study", "run", "lake.toml", "--cluster", "tcp://127.0.0.1:1", "--workers", "1") == 2
+    assert "give one of the two" in capsys.readouterr().err
+    assert status_of("study", "run", "lake.toml", "--workers", "1") == 0
