@@ -10,7 +10,7 @@ import pytest
 import tuckerl
 from tests.adapters.parallel_worlds import Leaving
 from tests.learners.worlds import corridor
-from tuckerl import QLearning, SarsaLambda, TabularMDP, TensorStep
+from tuckerl import HAQL, QLearning, SarsaLambda, TabularMDP, TensorStep
 from tuckerl.errors import LearnerError, ParameterError, ParameterTypeError
 from tuckerl.generalization.change_log import record_change
 from tuckerl.problems.dynamics import register_dynamics, register_shared_dynamics
@@ -205,13 +205,18 @@ def test_what_a_policys_kernels_must_not_do_stops_learning_and_evaluation(kind: 
 @pytest.mark.parametrize(
     ("slip", "message"),
     [
-        (TOO_LOW, r"probabilities of Wild must write numbers from 0 that sum to 1; in state 3 it wrote \[0.25, 0.25, "),
+        (
+            TOO_LOW,
+            r"probabilities of WildArrays must write numbers from 0 that sum to 1; in state 3 it wrote \[0.25, 0.25, ",
+        ),
         (WRITES, "predict: probabilities of WildArrays raised an error in state 3"),
     ],
 )
 def test_what_is_no_distribution_predicts_nothing(slip: int, message: str) -> None:
     with pytest.raises(LearnerError, match=message):
         QLearning(masked(), policy=Wild(slip), seed=0).predict(3, deterministic=False)
+    with pytest.raises(LearnerError, match=message):  # also within a policy of ours
+        HAQL(masked(), policy=Wild(slip), heuristic=np.arange(8.0), seed=0).predict(3, deterministic=False)
 
 
 class Unlisted(NamedTuple):

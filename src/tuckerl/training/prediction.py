@@ -200,7 +200,7 @@ class Predictor:
         arrays = self.agent(agent, deterministic, action_mask=mask)
         _write_rows(arrays, states, rows, probabilities)
         raise_fault("predict", None, [arrays])
-        check_probabilities(self._followed(agent, deterministic)[1], states, probabilities)
+        check_probabilities(self._followed(agent, deterministic)[1], arrays.policy, states, probabilities)
         if allowed is not None:
             probabilities[~rows] = 0.0  # whatever a policy of the user's own makes of masks
             nothing = probabilities.sum(axis=1) <= 0.0

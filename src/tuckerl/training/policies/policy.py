@@ -84,12 +84,15 @@ def check_policy_registered(policy: "Policy", arrays: Any) -> None:
         )
 
 
-def check_probabilities(policy: "Policy", states: IntArray, probabilities: FloatArray) -> None:
+def check_probabilities(policy: "Policy", arrays: Any, states: IntArray, probabilities: FloatArray) -> None:
     """Refuse rows that are no distributions, as a policy of a user's own may write them.
 
     Parameters
     ----------
     policy : Policy
+        Perhaps one of ours around a user's.
+    arrays : NamedTuple
+        What its kernels have read.
     states : (B,) int64
     probabilities : (B, A) float64
         One row for each of the states.
@@ -99,13 +102,13 @@ def check_probabilities(policy: "Policy", states: IntArray, probabilities: Float
     LearnerError
         If a number is negative or not finite, or a row does not sum to 1 (to 1e-6).
     """
-    if is_ours(type(policy)):
+    if is_ours(type(policy)) and is_ours(type(arrays)):
         return
     wrong = ~((probabilities >= 0.0).all(axis=1) & (np.abs(probabilities.sum(axis=1) - 1.0) <= _SUM_TOLERANCE))
     if wrong.any():
         row = int(np.argmax(wrong))
         raise LearnerError(
-            f"probabilities of {type(policy).__name__} must write numbers from 0 that sum to 1; in state {states[row]} "
+            f"probabilities of {type(arrays).__name__} must write numbers from 0 that sum to 1; in state {states[row]} "
             f"it wrote {probabilities[row].tolist()[:20]}"
         )
 
