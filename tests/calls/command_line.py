@@ -124,10 +124,27 @@ def command_lines() -> list[Target]:
         "seed": _NUMBERS,
         "overwrite": _FLAG,
     }
+    tuned: dict[str, Sequence[Make]] = {
+        "algorithm": _ALGORITHMS,
+        "env": _ENVIRONMENTS,
+        "trials": these("0", "x"),
+        "search": these("alpha=0:1", "alpha=1:0.5", "alpha=0.1:1:log", "x=1:2", "alpha=", "every=2:x", "share=max,min"),
+        "set": _SETTINGS,
+        "env_set": _ENV_SETTINGS,
+        "agents": _COUNTS,
+        "batch": _NUMBERS,
+        "rungs": these("1,2", "2,1", "x", "", "0"),
+        "episodes": _COUNTS,
+        "measure": these("return", "steps", "final", "x"),
+        "workers": these("1"),
+        "out": these("tuned"),
+        "seed": _NUMBERS,
+    }
     files = these("good.tuckerl", "bad.tuckerl", "missing.tuckerl", ".", "", "table.npy", "objects.npy", "not.npz")
     return [
         *[_right("train", 2, learned, 4)] * 3,
         _right("compare", 2, compared, 7),
+        _right("tune", 2, tuned, 3),
         _right("evaluate", 1, {"file": files, "episodes": _COUNTS, "seed": _NUMBERS, "env": _ENVIRONMENTS}, 2),
         _right(
             "show",

@@ -98,6 +98,7 @@ def test_every_folder_is_a_layer() -> None:
         ("matplotlib", {"reports"}),
         ("plotly", {"reports"}),
         ("typer", {"cli"}),
+        ("optuna", {"studies"}),
     ],
 )
 def test_heavy_libraries_have_one_home(library: str, home: set[str]) -> None:
@@ -142,7 +143,7 @@ def loaded_by(code: str) -> set[str]:
     return set(done.stdout.splitlines()[-1].split())
 
 
-HEAVY = {"numba", "llvmlite", "matplotlib", "plotly", "polars", "scipy"}
+HEAVY = {"numba", "llvmlite", "matplotlib", "optuna", "plotly", "polars", "scipy"}
 
 
 def test_the_import_is_light() -> None:
@@ -154,7 +155,7 @@ def test_the_help_is_light() -> None:
         "import tuckerl.cli\n"
         "for arguments in (['--help'], ['reproduce', '--help'], ['compare', '--help'], ['list', '--help'],\n"
         "                  ['train', '--help'], ['evaluate', '--help'], ['show', '--help'], ['study', '--help'],\n"
-        "                  ['study', 'run', '--help'], ['study', 'export', '--help']):\n"
+        "                  ['study', 'run', '--help'], ['study', 'export', '--help'], ['tune', '--help']):\n"
         "    try: tuckerl.cli.main(arguments)\n"
         "    except SystemExit as end: assert end.code == 0"
     )

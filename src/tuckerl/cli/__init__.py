@@ -21,6 +21,7 @@ from tuckerl.cli.show import show
 from tuckerl.cli.signals import endings_are_interrupts
 from tuckerl.cli.study import study
 from tuckerl.cli.train import train
+from tuckerl.cli.tune import tune
 from tuckerl.files import FULL
 
 INTERRUPTED = 130
@@ -33,6 +34,7 @@ COMMANDS: dict[str, Callable[..., None] | typer.Typer] = {
     "show": show,
     "compare": compare,
     "study": study,
+    "tune": tune,
     "list": list_names,
 }
 """All commands, or groups of them; the first line of each one's docstring describes it. To add one, write its file and

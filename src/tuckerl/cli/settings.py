@@ -2,13 +2,16 @@
 
 import ast
 import json
+import re
 from collections.abc import Sequence
 from typing import Any
 
 from tuckerl.checks import shown
 from tuckerl.errors import ParameterError
 from tuckerl.studies.named_values import named_value
+from tuckerl.studies.search_space import Choices, Range, Searched
 
+_COMMAS = re.compile(r",(?![^()\[\]]*[)\]])")  # outside of brackets
 _CONSTANTS = {"true": True, "false": False, "none": None, "null": None}
 
 
@@ -50,6 +53,45 @@ def parse_parameters(texts: Sequence[str]) -> dict[str, Any]:
         If there is no such schedule or policy.
     """
     return {name: named_value(name, value) for name, value in parse_settings(texts).items()}
+
+
+def parse_searches(texts: Sequence[str]) -> dict[str, Searched]:
+    """Return the ranges and choices of ``name=low:high``, ``name=low:high:log`` or ``name=a,b,c`` texts by name.
+
+    Raises
+    ------
+    ParameterError
+        If a text is none of these, or a name comes twice.
+    """
+    searches: dict[str, Searched] = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not name or not equals or not value:
+            raise ParameterError(
+                f"--search must be given NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=A,B,C, such as alpha=0.01:1:log; got "
+                f"{shown(text)}"
+            )
+        if name in searches:
+            raise ParameterError(f"--search must be given {name} once; the second is {shown(text)}")
+        searches[name] = _range(name, value) if ":" in value else _choices(name, value)
+    return searches
+
+
+def _range(name: str, text: str) -> Range:
+    low, high, *scale = (part.strip() for part in text.split(":"))
+    ends = _value(low), _value(high)
+    if scale not in ([], ["log"]) or any(isinstance(end, bool) or not isinstance(end, (int, float)) for end in ends):
+        raise ParameterError(
+            f"--search of a range must be {name}=LOW:HIGH or {name}=LOW:HIGH:log with two numbers; got {shown(text)}"
+        )
+    return Range(*ends, log=bool(scale))
+
+
+def _choices(name: str, text: str) -> Choices:
+    parts = [part.strip() for part in _COMMAS.split(text)]
+    if not all(parts) or len(set(parts)) < len(parts):
+        raise ParameterError(f"--search must be given values with commas between them, each once; got {shown(text)}")
+    return Choices(tuple(named_value(name, _value(part)) for part in parts))
 
 
 def parse_numbers(text: str, option: str, count: int | None = None) -> Any:

@@ -56,9 +56,9 @@ def command(config: ComparisonConfig) -> str:
     """Return the command line that makes the comparison again."""
     parts = ["tuckerl", "compare", config.base, config.candidate, "--env", config.environment]
     for name, value in config.keywords.items():
-        parts += ["--env-set", f"{name}={_literal(value)}"]
+        parts += ["--env-set", f"{name}={literal(value)}"]
     for name, value in config.settings.items():
-        parts += ["--set", f"{name}={_literal(value)}"]
+        parts += ["--set", f"{name}={literal(value)}"]
     numbers = {"runs": (config.n_runs, N_RUNS), "episodes": (config.n_episodes, N_EPISODES)}
     for option, (number, default) in numbers.items():
         parts += [] if number == default else [f"--{option}", str(number)]
@@ -67,7 +67,7 @@ def command(config: ComparisonConfig) -> str:
     return shlex.join([*parts, "--seed", str(config.seed)])
 
 
-def _literal(value: object) -> str:
+def literal(value: object) -> str:
     """Return how a value is written on the command line: words as they are, all else as Python writes it."""
     if isinstance(value, str) and re.fullmatch(r"[A-Za-z_][\w.-]*", value) and value.lower() not in _CONSTANTS:
         return value

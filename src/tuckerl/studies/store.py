@@ -25,7 +25,7 @@ from tuckerl.studies.tables import KEY, StudyTables
 from tuckerl.studies.workers import Played
 
 _FORMAT = 2
-_SHOWN = ("claims.json", "compare.json", "report.html")  # what reports make of the tables
+_SHOWN = ("claims.json", "compare.json", "tune.json", "report.html")  # what reports make of the tables
 _MADE = "made.json"
 _GROWING = ("runs", "instances")  # numbers of a scenario that may grow
 _FAILURES = "failures"
@@ -38,6 +38,8 @@ class Results:
     ----------
     folder : Path
     study : Study
+    any_code : bool
+        Whether runs count as finished that other code has played than there is now.
 
     Raises
     ------
@@ -45,8 +47,8 @@ class Results:
         If it cannot be read.
     """
 
-    def __init__(self, folder: Path, study: Study) -> None:
-        self.folder, self.study = folder, study
+    def __init__(self, folder: Path, study: Study, *, any_code: bool = False) -> None:
+        self.folder, self.study, self._any_code = folder, study, any_code
         self._identities = run_identities(study)
         self._codes = {(s.name, v.name): run_code(s, v) for s in study.scenarios for v in s.variants}
         self._code = {variant: code_digest(code) for variant, code in self._codes.items()}  # of each variant's runs
@@ -67,6 +69,8 @@ class Results:
                 of_now[identity] = of_code[code]
             elif accepted:
                 of_now[identity] = self._parts.latest(accepted)
+            elif found and self._any_code:
+                of_now[identity] = self._parts.latest(found)
             elif found:
                 of_then[identity] = self._parts.latest(found)
         return of_now, of_then
