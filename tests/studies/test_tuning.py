@@ -140,13 +140,12 @@ def test_an_interrupt_anywhere_changes_nothing(
 
         return progress
 
-    for most in (1, 2, 3, 5, 7):  # ever further, and each goes on from the one before
+    for most in (1, 2, 3, 4):  # ever further, and each goes on from the one before
         with pytest.raises(KeyboardInterrupt):
             tuned(tmp_path, progress=stop_after(most))
         held = json.loads((tmp_path / "study.json").read_text())["scenarios"]
         played.append(sum(len(one["variants"]) for one in held.values()))
-    assert played == sorted(played)
-    assert len(set(played)) > 1
+    assert played == [8, 14, 20, 27]  # in the first rung, the last, the next batch, and the test
     tuned(tmp_path)
     assert files_of(tmp_path) == files_of(small[0])
 
