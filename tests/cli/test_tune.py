@@ -1,0 +1,68 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.test_train import status_of
+from tuckerl.cli.settings import parse_searches
+from tuckerl.errors import ParameterError
+from tuckerl.studies.search_space import Choices, Range
+from tuckerl.training.schedules import Linear
+
+
+def test_tuning_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "lake"
+    budget = ("--trials", "2", "--batch", "2", "--rungs", "1", "--runs", "2", "--episodes", "10", "--workers", "1")
+    words = ("tune", "q-learning", "FrozenLake-v1", "--search", "ties=first,random", "--set", "alpha=0.5", *budget)
+    assert status_of(*words, "--out", str(folder)) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("Of 2 trials of q-learning, q-learning[epsilon=")
+    assert out.endswith(f"Report: {folder / 'report.html'}\n")
+    tuned = json.loads((folder / "tune.json").read_text())
+    assert tuned["searches"][0]["searched"] == {"epsilon": "0.01:0.5:log", "ties": "first,random"}
+    assert tuned["searches"][0]["fixed"] == {"alpha": "0.5"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--search", "alpha=0.5:0.1"], "alpha must be searched from a low to a higher number; got 0.5 to 0.1"),
+        (["--search", "alpha=0:1:log"], "alpha must be above 0 where ratios are searched (log); got 0 to 1"),
+        (["--search", "alpha=x:1"], "--search of a range must be alpha=LOW:HIGH or alpha=LOW:HIGH:log"),
+        (["--search", "alhpa=0.1:1"], "did you mean 'alpha'"),
+        (["--trials", "0"], "trials must be a whole number of at least 1; got 0"),
+        (["--rungs", "2,x"], "--rungs must be whole numbers with commas between them; got '2,x'"),
+    ],
+)
+def test_wrong_input_is_one_sentence_and_status_2(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert status_of("tune", "q-learning", "FrozenLake-v1", "--out", str(tmp_path / "none"), *arguments) == 2
+    shown = capsys.readouterr().err
+    assert message in shown
+    assert shown.count("\n") == 1
+    assert not (tmp_path / "none").exists()
+
+
+def test_ranges_and_choices_are_read() -> None:
+    texts = ("alpha=0.1:1:log", "every=2:9", "share=max, min", "ranks=(2,2,2,1),(4,2,2,1)", "epsilon=Linear(1,0,9),0.1")
+    assert parse_searches(texts) == {
+        "alpha": Range(0.1, 1, log=True),
+        "every": Range(2, 9),
+        "share": Choices(("max", "min")),
+        "ranks": Choices(((2, 2, 2, 1), (4, 2, 2, 1))),
+        "epsilon": Choices((Linear(1, 0, 9), 0.1)),
+    }
+
+
+@pytest.mark.parametrize(
+    "text", ["alpha", "alpha=", "=1:2", "alpha=1:2:lin", "alpha=1:2:log:3", "alpha=true:2", "alpha=1,,2", "alpha=1,1"]
+)
+def test_what_is_neither_a_range_nor_choices_is_refused(text: str) -> None:
+    with pytest.raises(ParameterError, match="--search"):
+        parse_searches([text])
+
+
+def test_a_name_is_searched_once() -> None:
+    with pytest.raises(ParameterError, match="--search must be given alpha once"):
+        parse_searches(["alpha=1:2", "alpha=2:3"])
