@@ -20,11 +20,13 @@ from tuckerl.errors import (
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.studies import checkpoints
 from tuckerl.studies.executed_code import changes
+from tuckerl.studies.parts import Parts
 from tuckerl.studies.playing import play_run
 from tuckerl.studies.reproduce import run_study
 from tuckerl.studies.runs import Run, all_runs, run_code
 from tuckerl.studies.store import Store
 from tuckerl.studies.study import Scenario, Study, Variant
+from tuckerl.studies.study_folder import kept_runs
 from tuckerl.studies.tables import ROWS
 from tuckerl.studies.workers import Played
 
@@ -299,6 +301,36 @@ def test_many_small_parts_become_one(study: Study, tmp_path: Path) -> None:
     run_study(small, tmp_path / "straight", workers=1)
     for name in FILES:
         assert (tmp_path / "many" / name).read_bytes() == (tmp_path / "straight" / name).read_bytes()
+
+
+@pytest.mark.parametrize("moment", ["_open", "_tables"])
+def test_a_folder_is_looked_at_while_its_parts_become_one(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
+) -> None:
+    small = tiny(study)
+    one_by_one(small, tmp_path)
+    real, is_first = getattr(Parts, moment), True
+
+    def late(self: Parts, part: Any) -> Any:
+        nonlocal is_first
+        if is_first:  # a writer is quicker
+            is_first = False
+            with monkeypatch.context() as other:
+                other.setattr("tuckerl.studies.parts._MANY", 2)
+                with Store(tmp_path, small) as store:
+                    store.write_tables()
+        return real(self, part)
+
+    monkeypatch.setattr(Parts, moment, late)
+    kept = kept_runs(small, tmp_path)
+    assert len(list((tmp_path / "parts").iterdir())) == 1
+    assert kept.tables.runs.n_unique(["variant", "run"]) == 4
+
+
+def test_a_folder_that_cannot_be_looked_into_is_said(study: Study, tmp_path: Path) -> None:
+    (tmp_path / "parts" / "of a folder.part").mkdir(parents=True)
+    with pytest.raises(OutputError, match="cannot read "):
+        kept_runs(tiny(study), tmp_path)
 
 
 def test_a_folder_is_one_process_at_a_time(study: Study, tmp_path: Path) -> None:

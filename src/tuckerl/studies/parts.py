@@ -11,7 +11,6 @@ import io
 import json
 import zipfile
 from collections.abc import Sequence
-from contextlib import suppress
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -51,7 +50,13 @@ class Fresh(NamedTuple):
 
 
 class Parts:
-    """The parts in a folder, which need not be there as long as nothing is added."""
+    """The parts in a folder, which need not be there as long as nothing is added.
+
+    Raises
+    ------
+    FileNotFoundError
+        If whoever writes there has just put some of them into another one: looking again helps.
+    """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -63,8 +68,7 @@ class Parts:
         self._sizes: dict[str, int] = {}
         self._damaged: list[Path] = []
         for path in sorted(folder.glob(f"*{_SUFFIX}")):
-            with suppress(FileNotFoundError):  # whoever writes here has just put it into another one
-                self._open(path)
+            self._open(path)
 
     def tidy(self) -> None:
         """Set aside what is damaged, and delete what a killed process left half written: nobody else may write now."""

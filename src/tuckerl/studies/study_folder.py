@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,7 +10,7 @@ from typing import Any, NamedTuple
 import polars as pl
 
 from tuckerl.checks import check_int, check_name, shown
-from tuckerl.errors import ParameterError
+from tuckerl.errors import OutputError, ParameterError
 from tuckerl.files import is_file, write_whole
 from tuckerl.studies.estimates import Estimate, Reached
 from tuckerl.studies.parts import Parts
@@ -23,6 +24,7 @@ from tuckerl.studies.variants import algorithm_of
 
 FILE = "study.toml"
 FORMATS = ("csv", "parquet")
+_LOOKS = 10
 
 
 class VariantStatus(NamedTuple):
@@ -145,7 +147,23 @@ class KeptRuns(NamedTuple):
 
 
 def kept_runs(study: Study, folder: Path) -> KeptRuns:
-    """Return what a folder holds of a study, also while another process adds to it."""
+    """Return what a folder holds of a study, also while another process adds to it.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be read.
+    """
+    try:
+        for _ in range(_LOOKS):
+            with suppress(FileNotFoundError):  # the other process has just put several parts into one
+                return _kept_now(study, folder)
+        return _kept_now(study, folder)
+    except OSError as error:
+        raise OutputError(f"cannot read {folder}: {error.strerror or error}") from error
+
+
+def _kept_now(study: Study, folder: Path) -> KeptRuns:
     results = Results(folder, study)
     finished, of_other_code = results.finished(), 0
     if len(finished) < sum(scenario.n_runs * len(scenario.variants) for scenario in study.scenarios):
