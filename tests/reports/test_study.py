@@ -16,6 +16,7 @@ from tuckerl.reports.curves import PROBLEM
 from tuckerl.reports.study_page import MOST_SENTENCES, outcome, write_study
 from tuckerl.studies import store
 from tuckerl.studies.estimates import reached_of
+from tuckerl.studies.executed_code import _digest
 from tuckerl.studies.runs import run_identities
 from tuckerl.studies.statistics import MEASURES
 from tuckerl.studies.store import Store
@@ -262,6 +263,45 @@ def test_a_folder_without_a_study_is_said(tmp_path: Path) -> None:
         with pytest.raises(ParameterError, match=r"cannot look into 'a+.*: File name too long"):
             call("a" * 5000)
     assert study.status("a" * 5000).n_finished == 0
+
+
+_OWN = """\
+import gymnasium
+
+class Own(gymnasium.Env):
+    observation_space = gymnasium.spaces.Discrete(2)
+    action_space = gymnasium.spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        return 0, {}
+
+    def step(self, action):
+        return 1, float(action), True, False, {}
+
+gymnasium.register("OwnOfAStudy-v0", entry_point="own_of_a_study:Own")
+"""
+
+
+def test_an_edit_of_a_users_own_environment_is_another_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "own_of_a_study.py"
+    file.write_text(_OWN)
+    monkeypatch.syspath_prepend(tmp_path)
+    study = tuckerl.Study.from_text(
+        "runs = 2\nepisodes = 2\n[[problem]]\nenv = 'own_of_a_study:OwnOfAStudy-v0'\n"
+        "[[algorithm]]\nalgorithm = 'q-learning'"
+    )
+    folder = tmp_path / "results"
+    study.run(folder, workers=1)
+    file.write_text(_OWN.replace("float(action)", "2.0 * action"))
+    _digest.cache_clear()  # as in another process
+    assert study.status(folder).n_of_other_code == 2
+    with pytest.raises(
+        OutputConflictError, match=r"changed code of own_of_a_study\.py\): keep them with --accept-code"
+    ):
+        study.run(folder, workers=1)
+    assert study.run(folder, workers=1, accept_code=True).runs.height == 4
+    assert study.status(folder).n_finished == 2
+    _digest.cache_clear()
 
 
 def test_progress_is_shown_on_a_terminal_only(folder: Path) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -60,16 +59,19 @@ def has_several_agents(name: str) -> bool:
     return name.rpartition(":")[2] not in gymnasium.registry
 
 
-def environment_specification(name: str, keywords: Mapping[str, Any]) -> dict[str, Any]:
-    """Return, as JSON, all of an environment that decides results; it must have been made before."""
+def environment_module(name: str) -> str:
+    """Return the module in which an environment is written, "" if nothing says it; it must have been made before."""
     plain = name.rpartition(":")[2]
     known = pettingzoo.parallel_registry if has_several_agents(name) else gymnasium.registry
     entry = known[plain].entry_point
-    module = entry.split(":")[0] if isinstance(entry, str) else getattr(entry, "__module__", "")
-    file = getattr(sys.modules.get(module), "__file__", None)
+    return entry.split(":")[0] if isinstance(entry, str) else str(getattr(entry, "__module__", ""))
+
+
+def environment_specification(name: str, keywords: Mapping[str, Any]) -> dict[str, Any]:
+    """Return, as JSON, an environment and the digest of its module's file; it must have been made before."""
+    file = getattr(sys.modules.get(environment_module(name)), "__file__", None)
     sources = hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16] if file else None
-    versions = {library: version(library) for library in ("gymnasium", "pettingzoo")}
-    return {"id": name, "keywords": dict(keywords), "sources": sources, "versions": versions}
+    return {"id": name, "keywords": dict(keywords), "sources": sources}
 
 
 class ListedEnvironment(NamedTuple):

@@ -75,7 +75,8 @@ def run_code(scenario: Scenario, variant: Variant) -> dict[str, str]:
     makers = [problem.func if isinstance(problem, partial) else problem]
     policy = variant.parameters.get("policy")
     parts = [variant.learner, *variant.learner.__mro__[1:-1], *makers, *([] if policy is None else [type(policy)])]
-    return executed_code([_PLAYING, *(part.__module__ for part in parts)])
+    environment = [scenario.module] if scenario.module else []
+    return executed_code([_PLAYING, *environment, *(part.__module__ for part in parts)])
 
 
 _PLAYING = "tuckerl.studies.playing"

@@ -153,6 +153,7 @@ class Scenario:
     instance: str = "instance"  # what one is called
     is_of_paper: bool = False  # whether the paper's claims about all of its scenarios are judged on it
     environment: Mapping[str, Any] = field(default_factory=dict)  # as JSON, where the scenario's name does not tell it
+    module: str = ""  # in which that environment is written, whose code the runs execute
 
     def variant(self, name: str) -> Variant:
         """Return the variant of this name."""

@@ -61,7 +61,6 @@ class TrainingConfig(NamedTuple):
     def to_dict(self) -> dict[str, Any]:
         """Return the configuration as JSON; the environment must have been made before."""
         environment = environment_specification(self.environment, self.keywords)
-        environment.pop("versions")
         entries = {
             "format": FORMAT,
             "algorithm": self.algorithm,

@@ -13,7 +13,7 @@ from tuckerl.adapters.making import make_environment
 from tuckerl.adapters.resolve import Environment, as_problem
 from tuckerl.studies.algorithms import ALGORITHMS, Algorithm, check_plays, split_settings, tensor_step
 from tuckerl.studies.assumptions import invented
-from tuckerl.studies.environments import bins_named, environment_specification, maker
+from tuckerl.studies.environments import bins_named, environment_module, maker
 from tuckerl.studies.study import AlgorithmConfig, Comparison, Scenario, Variant
 from tuckerl.training.learner import Learner
 
@@ -165,5 +165,6 @@ def scenario_of(
         variants=(*(one.variant for one in variants), *controls),
         comparisons=comparisons,
         assumptions=(DEFAULT_RANKS,) if any(one.has_default_ranks for one in variants) else (),
-        environment=environment_specification(environment.name, environment.keywords),
+        environment={"id": environment.name, "keywords": dict(environment.keywords)},
+        module=environment_module(environment.name),
     )
