@@ -387,6 +387,9 @@ def test_a_long_run_goes_on_from_its_checkpoint(study: Study, tmp_path: Path, mo
     assert again.runs.equals(whole.runs)
     assert again.weights.equals(whole.weights)
     assert again.times["seconds"][0] > 0
+    for damaged in ("[6]", "6", '[6, "", 1]', "[6, 1, 2, 3]"):
+        path.with_suffix(".json").write_text(damaged)
+        assert play_run(small, run, path).runs.equals(whole.runs)
     path.write_bytes(b"cut short")
     assert play_run(small, run, path).runs.equals(whole.runs)
 

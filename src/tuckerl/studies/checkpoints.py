@@ -72,10 +72,11 @@ def _from_checkpoint(checkpoint: Path | None, environment: Environment) -> tuple
         return None
     try:
         learner = tuckerl.load(checkpoint, env=environment)
-        episodes, *spent = json.loads(_times(checkpoint).read_bytes())
-    except (TuckerlError, OSError, ValueError):
+        episodes, *numbers = json.loads(_times(checkpoint).read_bytes())
+        spent = Spent(*map(float, numbers))
+    except (TuckerlError, OSError, ValueError, TypeError):
         return None
-    return learner, Spent(*spent) if episodes == learner.episodes else Spent(0.0, 0.0)
+    return learner, spent if episodes == learner.episodes else Spent(0.0, 0.0)
 
 
 def _times(checkpoint: Path) -> Path:
