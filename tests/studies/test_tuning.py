@@ -3,6 +3,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 import pytest
 
@@ -12,9 +13,10 @@ from tuckerl.studies import reproduce
 from tuckerl.studies.algorithms import ALGORITHMS
 from tuckerl.studies.runs import Run, run_code, run_identities
 from tuckerl.studies.search_space import DEFAULT_RANGES, Choices, Range, SearchSpace
+from tuckerl.studies.statistics import Pairs
 from tuckerl.studies.store import Results
 from tuckerl.studies.study import Scenario, Study, Variant
-from tuckerl.studies.tuning import Tuning, TuningConfig
+from tuckerl.studies.tuning import Search, Tuning, TuningConfig
 from tuckerl.studies.tuning_folder import TuningResult, play_tuning
 from tuckerl.studies.variants import NamedEnvironment
 
@@ -226,6 +228,36 @@ def test_trials_that_diverge_are_stopped_and_if_all_do_it_is_said(tmp_path: Path
     )
     with pytest.raises(ParameterError, match="all trials of q-learning diverged: search smaller learning rates"):
         tuned(tmp_path, config)
+
+
+def test_one_diverged_run_stops_a_trial_however_well_it_did_before() -> None:
+    (space,) = Tuning(SMALL._replace(algorithm="q-learning")).spaces
+    search = Search(space, SMALL)
+    trials = search.ask(0)
+    found = ((9.0, True), (1.0, False), (3.0, False), (2.0, False))
+    pairs = {
+        trial.name: Pairs(np.arange(2), np.array([mean, mean]), np.array([False, diverged]))
+        for trial, (mean, diverged) in zip(trials, found, strict=True)
+    }
+    going = search.judge(trials, 2, pairs)
+    assert going == [trials[2], trials[3]]
+    assert search.judge([trials[0]], 2, pairs) == []
+    search.judge(going, 3, pairs)
+    search.tell(trials)
+    assert search.winner() is trials[2]
+
+
+def test_of_steps_fewer_are_better() -> None:
+    config = SMALL._replace(algorithm="q-learning", measure="steps")
+    search = Search(Tuning(config).spaces[0], config)
+    trials = search.ask(0)
+    pairs = {
+        trial.name: Pairs(np.arange(1), np.array([steps]), np.array([False]))
+        for trial, steps in zip(trials, (9.0, 4.0, 4.0, 8.0), strict=True)
+    }
+    assert search.judge(trials, 3, pairs) == [trials[1], trials[2]]
+    search.tell(trials)
+    assert search.winner() is trials[1]  # the first of those that are equal
 
 
 def test_a_run_that_fails_ends_the_tuning_with_where_its_traceback_is(
