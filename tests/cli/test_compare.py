@@ -34,6 +34,9 @@ def test_a_small_comparison(
     told = json.loads((folder / "compare.json").read_text())
     assert (told["base"], told["candidate"], told["control"]) == ("sarsa-lambda", "tsarsa-lambda-2", "constant-2-min")
     assert told["runs"] == 3
+    assert all(entry["regret_low"] <= entry["regret"] <= entry["regret_high"] for entry in told["variants"])
+    assert "\nRegret of what was learned in the end, against the optimal values of the first states: " in shown.out
+    assert "A regret of 0 is an optimal policy" in (folder / "report.html").read_text()
     assert "<html" in (folder / "report.html").read_text()
     assert (folder / "figures" / "compare.svg").stat().st_size > 1000
     assert (folder / "figures" / "compare.png").stat().st_size > 1000

@@ -21,8 +21,10 @@ from tuckerl.errors import (
     UnknownNameError,
 )
 from tuckerl.generalization.tensor_step import TensorStep
+from tuckerl.reports.comparison_text import regrets_of
 from tuckerl.studies import playing
 from tuckerl.studies.comparison import ComparisonConfig, comparison_study
+from tuckerl.studies.comparison_result import summarise_comparison
 from tuckerl.studies.environments import environment_specification, listed_environments
 from tuckerl.studies.reproduce import run_study
 from tuckerl.studies.runs import run_code
@@ -90,6 +92,36 @@ def test_a_run_is_what_the_learner_alone_does(tmp_path: Path) -> None:
         alone = tuckerl.SarsaLambda(env, n_agents=2, tensor_step=step, seed=seed).learn(episodes=20)
         own = runs.filter(variant="tsarsa-lambda-2", run=r).sort("agent", "episode")
         assert np.array_equal(own["return"].to_numpy().reshape(2, 20), alone.returns.T)
+
+
+def test_the_regret_of_what_was_learned_is_that_of_the_learner(tmp_path: Path) -> None:
+    made = small_comparison("sarsa", "q-learning")
+    tables = run_study(made.study, tmp_path, workers=1)
+    known = tables.times.sort("variant", "run")["regret"].to_list()
+    expected = []
+    for kind in (tuckerl.QLearning, tuckerl.Sarsa):  # as their names are sorted
+        for r in range(2):
+            seed = np.random.SeedSequence(3, spawn_key=(3, 0, r))
+            learner = kind(make_environment(MAZE, SMALL), seed=seed).learn(episodes=20)
+            expected.append(tuckerl.regret(learner).regret)
+    assert known == expected
+    result = summarise_comparison(made, tables)
+    assert [one.variant for one in result.regrets] == ["sarsa", "q-learning"]
+    np.testing.assert_allclose([one.mean for one in result.regrets], [np.mean(expected[2:]), np.mean(expected[:2])])
+    entry = result.to_dict()["variants"][0]
+    assert entry["regret"] == result.regrets[0].mean
+    assert regrets_of(result.regrets).startswith("Regret of what was learned in the end, against the optimal values")
+    assert "q-learning" in regrets_of(result.regrets)
+
+
+def test_where_transitions_are_not_known_no_regret_is_told(tmp_path: Path) -> None:
+    made = small_comparison("sarsa", "q-learning", settings={"compiled": False}, n_runs=1, n_episodes=2)
+    tables = run_study(made.study, tmp_path, workers=1)
+    assert tables.times["regret"].null_count() == 2
+    result = summarise_comparison(made, tables)
+    assert result.regrets == ()
+    assert "regret" not in result.to_dict()["variants"][0]
+    assert regrets_of(result.regrets) == ""
 
 
 def test_workers_do_not_change_a_bit(tmp_path: Path) -> None:

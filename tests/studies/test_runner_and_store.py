@@ -333,6 +333,15 @@ def test_a_folder_that_cannot_be_looked_into_is_said(study: Study, tmp_path: Pat
         kept_runs(tiny(study), tmp_path)
 
 
+def test_a_column_that_older_code_did_not_write_is_null(study: Study, tmp_path: Path) -> None:
+    run = all_runs(tiny(study))[0]
+    tables = play_run(tiny(study), run)
+    with Store(tmp_path, tiny(study)) as store:
+        store.add([Played(run, tables._replace(times=tables.times.drop("regret")))])
+        assert store.tables.times["regret"].to_list() == [None]
+        assert store.tables.times["agents"].to_list() == [1]
+
+
 def test_a_folder_is_one_process_at_a_time(study: Study, tmp_path: Path) -> None:
     with Store(tmp_path, study), pytest.raises(OutputConflictError, match="is in use by process"):
         Store(tmp_path, study)

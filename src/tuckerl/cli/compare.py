@@ -47,6 +47,7 @@ def compare(
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.progress import progress_bar
     from tuckerl.reports.comparison_page import outcome, write_comparison
+    from tuckerl.reports.comparison_text import regrets_of
     from tuckerl.reports.learner_text import by_agent
     from tuckerl.studies.comparison import ComparisonConfig, comparison_study
     from tuckerl.studies.comparison_result import means_by_agent, summarise_comparison
@@ -69,6 +70,8 @@ def compare(
     result = summarise_comparison(comparison, tables)
     report = write_comparison(result, folder)
     typer.echo(outcome(result))
+    if regrets := regrets_of(result.regrets):
+        typer.echo(regrets)
     for name, means in means_by_agent(comparison, tables).items():
         typer.echo(f"Mean return of {name} by agent: {by_agent(means)}")
     typer.echo(f"Report: {report}")

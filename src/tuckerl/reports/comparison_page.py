@@ -4,7 +4,7 @@ import re
 import shlex
 from pathlib import Path
 
-from tuckerl.reports.comparison_text import outcome_of
+from tuckerl.reports.comparison_text import outcome_of, regrets_of
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.markup import rendered, versions, write_page
@@ -41,6 +41,7 @@ def write_comparison(result: ComparisonResult, folder: Path) -> Path:
         result=result,
         study=study,
         variants=list(zip(study.scenario.variants, result.estimates, strict=True)),
+        regrets=regrets_of(result.regrets),
         verdicts=VERDICTS,
         figures=figures,
         command=command(study.config),

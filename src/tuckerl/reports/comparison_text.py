@@ -1,9 +1,11 @@
 """What came out of a comparison, in sentences."""
 
 import math
+from collections.abc import Sequence
 
-from tuckerl.reports.text import all_pairs, amount, amount_interval, counted, joined, measured
+from tuckerl.reports.text import all_pairs, amount, amount_interval, counted, joined, measured, measured_interval
 from tuckerl.studies.comparison_result import Compared
+from tuckerl.studies.estimates import Estimate
 
 
 def outcome_of(compared: Compared) -> str:
@@ -17,6 +19,16 @@ def outcome_in_study(compared: Compared) -> str:
     """Return the result in a sentence or more: of two without a tensor step, nobody expects a control."""
     is_plain = compared.base.tensor_step is compared.candidate.tensor_step is None
     return difference_of(compared) if is_plain else outcome_of(compared)
+
+
+def regrets_of(regrets: Sequence[Estimate]) -> str:
+    """Return how far from the best policy the variants' learned ones are, in a sentence; "" where it is not known."""
+    if not regrets:
+        return ""
+    each = joined(
+        [f"{one.variant} {measured(one.mean)} {measured_interval(one.low, one.high)}".strip() for one in regrets]
+    )
+    return f"Regret of what was learned in the end, against the optimal values of the first states: {each}."
 
 
 def difference_of(compared: Compared) -> str:

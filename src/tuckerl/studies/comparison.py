@@ -97,6 +97,7 @@ def comparison_study(config: ComparisonConfig) -> ComparisonStudy:
         n_runs=config.n_runs,
         n_episodes=config.n_episodes,
         measure=config.measure,
+        asks_regret=True,
     )
     return ComparisonStudy(config, Study((scenario,), config.seed), why_no_control(*scenario.variants[:2]))
 

@@ -72,6 +72,7 @@ class ComparisonResult(NamedTuple):
     estimates: tuple[Estimate, ...]  # in the order of the variants: base, candidate, control
     episode: IntArray  # (P,) the last one that each point of the curves stands for
     curves: tuple[Curve, ...]  # by points: the measured quantity in an episode
+    regrets: tuple[Estimate, ...] = ()  # of what each variant had learned in the end, where it is known
 
     @property
     def compared(self) -> Compared:
@@ -94,7 +95,8 @@ class ComparisonResult(NamedTuple):
         config = self.study.config
         environment = {"environment": config.environment, "environment_keywords": dict(config.keywords)}
         numbers = {"episodes": config.n_episodes, "seed": config.seed}
-        variants = [estimate.to_dict() for estimate in self.estimates]
+        regrets = {one.variant: json_numbers(one[1:4], "regret", "regret_low", "regret_high") for one in self.regrets}
+        variants = [estimate.to_dict() | regrets.get(estimate.variant, {}) for estimate in self.estimates]
         return environment | self.compared.to_dict() | numbers | {"variants": variants}
 
 
@@ -106,7 +108,9 @@ def summarise_comparison(study: ComparisonStudy, tables: StudyTables) -> Compari
     names = [variant.name for variant in study.scenario.variants]
     reached = Reached(tables, config.measure)
     estimates = tuple(reached.estimate(name) for name in names)
-    return ComparisonResult(study, difference, control, estimates, *reached.learning_curves(names, config.n_episodes))
+    curves = reached.learning_curves(names, config.n_episodes)
+    regrets = tuple(one for one in map(reached.regret, names) if one is not None)
+    return ComparisonResult(study, difference, control, estimates, *curves, regrets)
 
 
 def means_by_agent(study: ComparisonStudy, tables: StudyTables) -> dict[str, dict[str, float]]:

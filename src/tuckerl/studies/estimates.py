@@ -53,6 +53,7 @@ class Reached:
 
     def __init__(self, tables: StudyTables, measure: str) -> None:
         self._runs, self._measure, self._seconds = tables.runs, measure, mean_seconds(tables.times)
+        self._regrets = tables.times.select("variant", "regret")
         self._pairs: dict[str, dict[str, Pairs]] = {}  # by the name of a measure
 
     def pairs(self, measure: str = "") -> dict[str, Pairs]:
@@ -71,6 +72,11 @@ class Reached:
         pairs = self.pairs(measure).get(name, NO_PAIRS)
         n_diverged = np.unique(run_of(pairs.key[pairs.diverged])).size
         return _estimate(name, pairs.finite, n_diverged, self._seconds.get(name, math.nan))
+
+    def regret(self, name: str) -> Estimate | None:
+        """Return a variant's mean regret over runs; None where it is not known of any."""
+        known = self._regrets.filter(pl.col("variant") == name)["regret"].drop_nulls().to_numpy()
+        return _estimate(name, known, 0, math.nan) if known.size else None
 
     def learning_curves(self, names: Iterable[str], n_episodes: int) -> LearningCurves:
         """Return the curves of those variants that have runs, paired with the first of them."""

@@ -205,11 +205,17 @@ def _ordered(labels: pl.DataFrame, found: list[tuple[IntArray, pl.DataFrame]], c
     if not found:
         return pl.DataFrame(schema=labels.schema | columns)
     order = np.concatenate([order for order, _ in found])
-    rows = pl.concat([frame for _, frame in found]).select(*columns)
+    rows = pl.concat([_completed(frame, columns) for _, frame in found])
     if len(found) > 1:
         sorting = np.argsort(order, kind="stable")
         order, rows = order[sorting], rows[sorting]
     return pl.concat([labels[order], rows], how="horizontal")
+
+
+def _completed(frame: pl.DataFrame, columns: dict[str, Any]) -> pl.DataFrame:
+    """Return a table with all of its columns: one that older code did not write is null."""
+    missing = [pl.lit(None, dtype=kind).alias(name) for name, kind in columns.items() if name not in frame.columns]
+    return frame.with_columns(*missing).select(*columns)
 
 
 def _marked(frame: pl.DataFrame, place: int) -> pl.DataFrame:

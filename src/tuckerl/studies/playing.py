@@ -12,12 +12,20 @@ import numpy as np
 import polars as pl
 
 from tuckerl.adapters.resolve import AdapterOptions, Environment, as_problem
-from tuckerl.errors import DecompositionWarning, DivergenceWarning, RankWarning, ZeroWeightWarning
+from tuckerl.errors import (
+    DecompositionWarning,
+    DivergenceWarning,
+    NoTableError,
+    ProblemError,
+    RankWarning,
+    ZeroWeightWarning,
+)
 from tuckerl.studies.checkpoints import Spent, learned
 from tuckerl.studies.runs import Run, is_recorded
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.studies.tables import ROWS, StudyTables
 from tuckerl.training.learner import Learner
+from tuckerl.training.regret import regret
 from tuckerl.types import IntArray
 
 
@@ -97,8 +105,19 @@ def play_run(study: Study, run: Run, checkpoint: Path | None = None) -> StudyTab
             agents=[variant.n_agents],
             seconds=[seconds + spent.seconds],
             tensor_step_seconds=[learner.tensor_step_seconds + spent.tensor_step_seconds],
+            regret=[_regret(learner) if scenario.asks_regret else None],
         ),
     )
+
+
+def _regret(learner: Learner) -> float | None:
+    """Return the regret of what was learned; None where the transitions are not known, or no policy is best."""
+    if learner.diverged_at is not None:
+        return None
+    try:
+        return regret(learner).regret
+    except (NoTableError, ProblemError):
+        return None
 
 
 def _learn_with_paths(learner: Learner, episodes: int) -> list[IntArray]:

@@ -60,7 +60,8 @@ def is_recorded(scenario: Scenario, variant: Variant, instance: int, run: int) -
 
 def _specification(study: Study, scenario: Scenario, variant: Variant) -> dict[str, Any]:
     """Return all that the runs of a variant in a scenario have in common, as JSON."""
-    return {
+    asked = {"regret": True} if scenario.asks_regret else {}
+    return asked | {
         "format": _FORMAT,
         "problem": dict(scenario.environment) or scenario.name,
         "episodes": scenario.n_episodes,

@@ -151,6 +151,7 @@ class Scenario:
     n_alternative_runs: int = 20  # of each alternative, at most
     figures: tuple[FigureText, ...] = ()  # what its figures say; those that it says nothing of are worded by default
     instance: str = "instance"  # what one is called
+    asks_regret: bool = False  # whether the regret of what a run has learned is worked out, where it can be
     is_of_paper: bool = False  # whether the paper's claims about all of its scenarios are judged on it
     environment: Mapping[str, Any] = field(default_factory=dict)  # as JSON, where the scenario's name does not tell it
     module: str = ""  # in which that environment is written, whose code the runs execute

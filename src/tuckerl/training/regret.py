@@ -9,6 +9,7 @@ a distribution of its own, the most probable ones), V_pi is its value and V* the
 learner's gamma and without a time limit. It is 0 exactly if pi is optimal from where episodes begin.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from tuckerl.problems.mdp import TabularMDP
 from tuckerl.solving.policy_value import policy_value
 from tuckerl.solving.solve import solve
 from tuckerl.training.learner import Learner
+from tuckerl.types import FloatArray
 
 
 class Regret(NamedTuple):
@@ -27,6 +29,11 @@ class Regret(NamedTuple):
     regret: float  # best - reached
     best: float  # V* over the first states
     reached: float  # the value of the learned policy over them
+
+
+@lru_cache(maxsize=4)  # many learners are judged on the same problem
+def _optimal_values(problem: TabularMDP, gamma: float) -> FloatArray:
+    return solve(problem, gamma).v
 
 
 def regret(learner: Learner) -> Regret:
@@ -68,6 +75,6 @@ def regret(learner: Learner) -> Regret:
     gamma = float(learner.gamma)
     actions, _ = learner.predict(np.arange(problem.n_states), deterministic=True)
     states, probabilities = problem.start_distribution()
-    best = float(probabilities @ solve(problem, gamma).v[states])
+    best = float(probabilities @ _optimal_values(problem, gamma)[states])
     reached = float(probabilities @ policy_value(problem, actions, gamma)[states])
     return Regret(best - reached, best, reached)
