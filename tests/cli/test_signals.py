@@ -15,7 +15,7 @@ from tests.studies.study_texts import LAKE
 from tuckerl import cli
 from tuckerl.cli.signals import endings_are_interrupts
 from tuckerl.reports.inspect import file
-from tuckerl.studies import reproduce, study_folder, training
+from tuckerl.studies import reproduce, study_folder, training, tuning_folder
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals")
 
@@ -63,6 +63,7 @@ def test_all_long_commands_hear_them(command: str, monkeypatch: pytest.MonkeyPat
         (file, "inspect_file"),
         (reproduce, "run_study"),
         (study_folder, "run_study"),
+        (tuning_folder, "run_study"),
         (training, "load_learner"),
         (training, "build_learner"),
     ):
@@ -76,6 +77,7 @@ def test_all_long_commands_hear_them(command: str, monkeypatch: pytest.MonkeyPat
         "compare": ["sarsa", "q-learning", "--env", "FrozenLake-v1", "--out", "compared"],
         "reproduce": ["dyna-maze", "--quick", "--out", "results"],
         "study": ["run", "study.toml"],
+        "tune": ["q-learning", "FrozenLake-v1", "--out", "tuned"],
     }
     assert status_of(command, *arguments[command]) == 130
 
