@@ -26,7 +26,6 @@ from tuckerl.generalization.change_log import ChangeLog, log_shared
 from tuckerl.generalization.loadings import Loadings, loadings_of, read_loadings
 from tuckerl.generalization.log_window import LogWindow
 from tuckerl.generalization.mixtures import is_copy
-from tuckerl.generalization.one_thread import ONE_THREAD
 from tuckerl.generalization.sharing import ShareContext
 from tuckerl.generalization.snapshots import Snapshots
 from tuckerl.generalization.step_history import TensorStepHistory, empty_history
@@ -35,6 +34,7 @@ from tuckerl.generalization.weights import row_norms
 from tuckerl.rng import child
 from tuckerl.saved_arrays import ANY_LENGTH, SavedArrays, grouped
 from tuckerl.tensor import TuckerDecomposition, decompose
+from tuckerl.tensor.one_thread import ONE_THREAD
 from tuckerl.types import FloatArray, IntArray
 
 _STREAM = 2**32 - 1  # the child of the learner's seed that is the step's; agents have 0, 1, 2, ...

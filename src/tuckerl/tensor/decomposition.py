@@ -19,6 +19,7 @@ from tuckerl.checks import NO_ARRAY, check_int, check_real, refuse_mask
 from tuckerl.errors import ParameterTypeError, RankWarning, TensorError, warn
 from tuckerl.tensor.hooi import Iterated, iterate
 from tuckerl.tensor.modes import Floats, multiply_all
+from tuckerl.tensor.one_thread import ONE_THREAD
 from tuckerl.tensor.ranks import Ranks, check_ranks, clip_ranks
 from tuckerl.tensor.tall import orthonormal, triangle
 
@@ -138,8 +139,8 @@ def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations
     """Decompose a tensor by higher-order orthogonal iteration from the truncated higher-order SVD.
 
     Ranks above what is possible (see :mod:`tuckerl.tensor.ranks`) are lowered, and one warning says so. The result
-    is a pure function of the arguments (and, to rounding, of the number of BLAS threads). A tensor of zeros has
-    the first columns of the identity as factors, a core of zeros, fit 1 and no iterations.
+    is a pure function of the arguments. A tensor of zeros has the first columns of the identity as factors, a core of
+    zeros, fit 1 and no iterations.
 
     Parameters
     ----------
@@ -187,15 +188,17 @@ def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations
     asked = check_ranks(ranks, tensor.ndim)
     tol = check_real("tol", tol, low=0.0)
     max_iterations = check_int("max_iterations", max_iterations, low=0)
-    result = decompose(tensor, asked, tol, max_iterations)
+    with ONE_THREAD:  # for the bits, and as more of them wait for each other longer than they work
+        result = decompose(tensor, asked, tol, max_iterations)
+        # Made now: the array is the caller's, who may go on to change it.
+        made = TuckerDecomposition(result.core, tuple(result.factors), result.fit, result.iterations)
     if result.ranks != asked:
         warn(
             f"ranks {asked} were asked of a tensor of shape {tensor.shape} and {result.ranks} used: a rank is "
             "at most its mode's size, its mode's numerical rank and the product of the other ranks; ask for less",
             RankWarning,
         )
-    # Made now: the array is the caller's, who may go on to change it.
-    return TuckerDecomposition(result.core, tuple(result.factors), result.fit, result.iterations)
+    return made
 
 
 def decompose(X: Floats, ranks: Ranks, tol: float = 1e-4, max_iterations: int = 50) -> TuckerDecomposition:

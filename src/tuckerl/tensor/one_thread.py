@@ -15,7 +15,7 @@ def _libraries() -> list[Any]:
 
 
 class _OneThread:
-    """A block in which BLAS has one thread: until the last of the learners that need it, each in its own, has left."""
+    """A block in which BLAS has one thread: until the last thread of this program that needs it has left."""
 
     def __init__(self) -> None:
         self._lock, self._n_inside = threading.Lock(), 0
