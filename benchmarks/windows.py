@@ -21,6 +21,7 @@ from tuckerl.generalization.snapshots import Snapshots
 from tuckerl.generalization.step import TensorStepState
 from tuckerl.studies.scenarios import SCENARIOS
 from tuckerl.tensor import decompose
+from tuckerl.tensor.one_thread import ONE_THREAD
 from tuckerl.training.learner import Learner
 from tuckerl.types import FloatArray
 
@@ -97,11 +98,17 @@ def _beside_tensorly(what: str, n_agents: int) -> Row:
     return compare(
         f"{what}: one decomposition",
         "window",
-        lambda: decompose(seen[-1], ranks),
+        lambda: _on_one_thread(seen[-1], ranks),
         "TensorLy, all states",
         lambda: tensorly_tucker(tables, rank=list(ranks)),
         repeats=15,
     )
+
+
+def _on_one_thread(tensor: FloatArray, ranks: tuple[int, ...]) -> None:
+    """Decompose as the end of a window does."""
+    with ONE_THREAD:
+        decompose(tensor, ranks)
 
 
 def _smallest() -> list[Row]:
