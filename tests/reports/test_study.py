@@ -250,7 +250,7 @@ def test_very_large_studies_are_refused_unless_that_is_meant(folder: Path, tmp_p
     (tmp_path / "many.toml").write_text(many)
     assert tuckerl.Study.from_file(tmp_path / "many.toml", most_runs=12_000_000).n_runs == 16_000_000
     with pytest.raises(ParameterTypeError, match="most_runs must be a whole number of at least 0; got '1' of type str"):
-        tuckerl.Study.from_text(LAKE, most_runs="1")  # type: ignore[arg-type]
+        tuckerl.Study.from_text(LAKE, most_runs="1")  # type: ignore[arg-type]  # wrong on purpose
 
 
 def test_a_folder_without_a_study_is_said(tmp_path: Path) -> None:

@@ -231,7 +231,7 @@ def test_who_plays_is_asked_once(study: Study, tmp_path: Path, monkeypatch: pyte
     with pytest.raises(ParameterError, match="give one of the two"):
         run_study(study, tmp_path, workers=1, cluster="tcp://127.0.0.1:1")
     with pytest.raises(ParameterTypeError, match="cluster must be text"):
-        run_study(study, tmp_path, cluster=8786)  # type: ignore[arg-type]
+        run_study(study, tmp_path, cluster=8786)  # type: ignore[arg-type]  # wrong on purpose
     assert list(play_on_cluster(study, [], "nowhere")) == []
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MissingExtraError, match=r'not installed: pip install "tuckerl\[cluster\]"'):

@@ -445,7 +445,8 @@ def test_a_diverged_run_keeps_its_rows(study: Study) -> None:
 def test_overwriting_leaves_nothing_of_the_other_study(study: Study, tmp_path: Path) -> None:
     run_study(tiny(study), tmp_path, workers=1)
     (tmp_path / "figures").mkdir()
-    shown = [tmp_path / name for name in ("claims.json", "compare.json", "report.html", "figures/fig11.svg")]
+    names = ("claims.json", "compare.json", "comparisons.json", "tune.json", "report.html", "figures/fig11.svg")
+    shown = [tmp_path / name for name in names]
     for path in shown:
         path.write_text("of the other study")
     Store(tmp_path, replace(study, seed=4), overwrite=True).close()

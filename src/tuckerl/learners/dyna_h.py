@@ -15,12 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_int, check_name
-from tuckerl.errors import ProblemError, SavedFileError
+from tuckerl.errors import SavedFileError
 from tuckerl.generalization.change_log import record_change
+from tuckerl.learners.heuristics import heuristic_for
 from tuckerl.learners.latest_outcomes import OUTCOME, check_outcomes, keep_outcome, revised_discounts
 from tuckerl.learners.q_learning import move_towards_target
-from tuckerl.problems.immutable import read_only
-from tuckerl.problems.parts import check_heuristic
 from tuckerl.rng import below
 from tuckerl.training.agent_arrays import AgentArrays, Settings, Transition, must_stop
 from tuckerl.training.algorithm import register_algorithm
@@ -194,13 +193,7 @@ class DynaH(Learner):
         self.planning_steps = check_int("planning_steps", planning_steps, 0, np.iinfo(np.int64).max)
         self.search_control = check_name("search_control", search_control, (c.name.lower() for c in SearchControl))
         super().__init__(env, **parameters)
-        given = self.problem.heuristic if heuristic is None else heuristic
-        if given is None:
-            raise ProblemError(
-                f"DynaH needs a heuristic and this problem has none of its own: pass heuristic=, "
-                f"{self.problem.n_states} numbers, larger where the goal is farther"
-            )
-        self.heuristic: FloatArray = read_only(check_heuristic(given, self.problem.n_states))
+        self.heuristic: FloatArray = heuristic_for("DynaH", self.problem, heuristic)
 
     def declare_state(self) -> tuple[Declaration, ...]:
         """Return the model, which each agent keeps to itself."""

@@ -20,11 +20,9 @@ from numpy.typing import ArrayLike
 from tuckerl._jit import kernel
 from tuckerl.adapters.resolve import Environment
 from tuckerl.checks import check_real
-from tuckerl.errors import ProblemError
 from tuckerl.generalization.change_log import keep_row, record_change
+from tuckerl.learners.heuristics import heuristic_for
 from tuckerl.learners.q_learning import move_towards_target
-from tuckerl.problems.immutable import read_only
-from tuckerl.problems.parts import check_heuristic
 from tuckerl.training.agent_arrays import AgentArrays, Transition
 from tuckerl.training.algorithm import register_algorithm
 from tuckerl.training.declared_state import Declaration, DeclaredArray
@@ -184,13 +182,8 @@ class HAQL(Learner):
         self.xi = as_number(xi)
         self.eta = check_real("eta", eta, 0.0, low_open=True)
         super().__init__(env, **parameters)
-        given = self.problem.heuristic if heuristic is None else heuristic
-        if given is None:
-            raise ProblemError(
-                f"HAQL needs a heuristic and this problem has none of its own: pass heuristic=, "
-                f"{self.problem.n_states} numbers, larger where the goal is farther; or use QLearning, which needs none"
-            )
-        self.heuristic: FloatArray = read_only(check_heuristic(given, self.problem.n_states))
+        instead = "; or use QLearning, which needs none"
+        self.heuristic: FloatArray = heuristic_for("HAQL", self.problem, heuristic, instead)
 
     def declare_state(self) -> tuple[Declaration, ...]:
         """Return where actions led, which each agent keeps to itself."""

@@ -36,8 +36,14 @@ def executed_code(roots: Iterable[str]) -> dict[str, str]:
     roots : names of modules
         Of the package's own, those that they import are followed; of a user's own, the file alone counts.
     """
+    return {_name(module): _digest(module) for module in _reached(frozenset(roots))} | _versions()
+
+
+@cache  # of a study's thousand variants, most come to the same modules
+def _reached(roots: frozenset[str]) -> tuple[str, ...]:
+    """Return the modules that `roots` come to, these included, in order."""
     found: set[str] = set()
-    waiting = sorted(set(roots))
+    waiting = sorted(roots)
     while waiting:
         module = waiting.pop()
         if module in found or _source(module) is None:
@@ -45,7 +51,7 @@ def executed_code(roots: Iterable[str]) -> dict[str, str]:
         found.add(module)
         if module not in _REGISTERS and module.split(".")[0] == _PACKAGE:
             waiting += _imported(module)
-    return {_name(module): _digest(module) for module in sorted(found - _REGISTERS)} | _versions()
+    return tuple(sorted(found - _REGISTERS))
 
 
 def _name(module: str) -> str:

@@ -25,7 +25,8 @@ from tuckerl.studies.tables import KEY, StudyTables
 from tuckerl.studies.workers import Played
 
 _FORMAT = 2
-_SHOWN = ("claims.json", "compare.json", "tune.json", "report.html")  # what reports make of the tables
+# What reports make of the tables:
+_SHOWN = ("claims.json", "compare.json", "comparisons.json", "tune.json", "report.html")
 _MADE = "made.json"
 _GROWING = ("runs", "instances")  # numbers of a scenario that may grow
 _FAILURES = "failures"
