@@ -1,3 +1,6 @@
+import os
+import subprocess
+import sys
 import tempfile
 from dataclasses import replace
 from functools import partial
@@ -458,6 +461,31 @@ def test_a_folder_in_the_way_of_a_file_is_said(study: Study, tmp_path: Path) -> 
     with pytest.raises(OutputError, match="cannot use the folder"):
         Store(tmp_path, study, overwrite=True)
     assert not (tmp_path / ".lock").exists()
+
+
+WARMED = """
+import pathlib, sys
+from dataclasses import replace
+from tests.studies.comparisons import small_comparison
+from tuckerl.studies.playing import play_run, warm_up
+from tuckerl.studies.runs import all_runs
+
+made = small_comparison("sarsa", "tsarsa-lambda").study
+compiled = lambda: {path.name for path in pathlib.Path(sys.argv[1]).rglob("tensor*/*.nbi")}
+warm_up(made)
+before = compiled()
+for run in all_runs(made):
+    play_run(made, run)
+assert before, "kernels are kept where they were looked for"
+assert compiled() == before, sorted(compiled() - before)
+"""
+
+
+@pytest.mark.long
+def test_no_run_pays_for_compiling_the_decomposition(tmp_path: Path) -> None:
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    root = Path(__file__).parents[2]
+    subprocess.run([sys.executable, "-c", WARMED, str(tmp_path)], cwd=root, env=environment, check=True)
 
 
 def test_times_hold_the_steps_part(study: Study) -> None:

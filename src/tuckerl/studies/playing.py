@@ -4,6 +4,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -20,10 +21,12 @@ from tuckerl.errors import (
     RankWarning,
     ZeroWeightWarning,
 )
+from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.studies.checkpoints import Spent, learned
 from tuckerl.studies.runs import Run, is_recorded
 from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.studies.tables import ROWS, StudyTables
+from tuckerl.tensor import decompose
 from tuckerl.training.learner import Learner
 from tuckerl.training.regret import regret
 from tuckerl.types import IntArray
@@ -43,12 +46,31 @@ def warm_up(study: Study) -> None:
 
     What fails here fails in the runs as well, one by one, where it is recorded.
     """
+    if any(_decomposes(variant.tensor_step) for scenario in study.scenarios for variant in scenario.variants):
+        _warm_up_decomposition()
     for scenario in study.scenarios:
-        kinds = {(variant.learner, variant.tensor_step is None): variant for variant in scenario.variants}
+        kinds = {(variant.learner, _decomposes(variant.tensor_step)): variant for variant in scenario.variants}
         for variant in kinds.values():
             with _without_warnings(), suppress(Exception):
                 learner = variant.make(_environment(scenario, variant, 0), study.run_seed(scenario, 0, 0))
                 learner.learn(episodes=1 if variant.tensor_step is None else variant.tensor_step.every)
+                if variant.tensor_step is not None and not learner.q.any():  # so its window had nothing in it
+                    values = np.random.default_rng(0).random(learner.q.shape[1:])
+                    changed = replace(variant, parameters={**variant.parameters, "initial_q": values})
+                    again = changed.make(_environment(scenario, variant, 0), study.run_seed(scenario, 0, 0))
+                    again.learn(episodes=variant.tensor_step.every)
+
+
+def _decomposes(step: TensorStep | None) -> bool | None:
+    """Return whether a step decomposes its windows, which the constant control does not; None without a step."""
+    return None if step is None else step.needs_decomposition
+
+
+def _warm_up_decomposition() -> None:
+    """Compile the routines of decompositions: few windows need them all."""
+    tables = np.random.default_rng(0).random((40, 3, 4, 2))
+    for tol in (0.0, 1.0):  # sweeps to the last; and a start whose fit is close enough, if a bound of it says so
+        tuple(decompose(tables, (5, 2, 3, 1), tol, 2).factors)  # made when they are read
 
 
 def _environment(scenario: Scenario, variant: Variant, instance: int) -> Environment:
