@@ -48,9 +48,10 @@ def test_a_claim_that_fails_is_said_to_fail() -> None:
 
 def test_rules_of_sharing_differ_in_neither_rate_nor_number_of_agents() -> None:
     gain = claim("holds", control=(0.0, -0.1, 0.1), claim_id="C10")
-    assert reading(study_of(CART_POLE), gain._replace(scenario=CART_POLE.name)) == (
+    made = gain._replace(scenario=CART_POLE.name, constant=Difference(0.2, 0.1, 0.3, 3, 0))
+    assert reading(study_of(CART_POLE), made) == (
         "No better than the control: constant weights and the same sharing explain the gain, as far as these runs can "
-        "tell."
+        "tell. The same comparison with constant weights: +20.0 % [10.0, 30.0]."
     )
 
 
@@ -132,8 +133,9 @@ def test_the_outcome_counts_verdicts_and_wins_over_the_control() -> None:
         claim("not decided"),
         weights_claim(),
     ]
-    text = outcome(claims)
-    assert text.startswith("Of 5 claims, 3 hold, 1 does not hold, 1 is not decided. In 1 of 4 comparisons ")
+    text = outcome([one._replace(tensor_question="is it the tensor?") for one in claims])
+    assert text.startswith("Of 5 claims, 3 hold, 1 does not hold, 1 is not decided. Against the constant control, ")
+    assert text.endswith("of 4 comparisons 1 shows a gain, 3 decide nothing.")
     assert outcome([]) == "No claim was tested."
     assert outcome([weights_claim()]) == "Of 1 claim, 1 holds."
 

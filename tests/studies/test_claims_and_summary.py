@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +28,12 @@ KEYS = {
     "control_difference",
     "control_low",
     "control_high",
+    "tensor",
+    "tensor_question",
+    "constant_difference",
+    "constant_low",
+    "constant_high",
+    "detail",
     "runs",
 }
 
@@ -49,6 +56,49 @@ def test_the_control_is_the_same_difference_against_the_constant(study: Study, t
     by_name = dict(cost.iter_rows())
     expected = (by_name["constant-1"] - by_name["dyna-ht-1"]) / by_name["constant-1"]
     assert claim.control.mean == pytest.approx(expected)
+
+
+def test_the_second_verdict_is_the_controls(study: Study, tables: StudyTables) -> None:
+    for line in (claim.to_dict() for claim in judge_claims(study, tables)):
+        if line["id"] == "C9":
+            assert line["tensor"] is line["tensor_question"] is None
+        else:
+            fits = {"yes": line["control_low"] > 0, "no": line["control_high"] < 0}
+            assert line["tensor"] == next((answer for answer, is_so in fits.items() if is_so), "not decided")
+
+
+def test_a_claim_about_copying_is_asked_another_question_and_has_the_constant_variants_beside_it(
+    study: Study, tables: StudyTables
+) -> None:
+    claims = {claim.id: claim for claim in judge_claims(study, tables)}
+    questions = {name: claim.tensor_question for name, claim in claims.items()}
+    assert questions == {
+        **dict.fromkeys(("C3", "C5"), "is it the tensor?"),
+        **dict.fromkeys(("C4", "C6"), "are the weights better than a constant rate?"),
+        "C9": "",
+    }
+    assert math.isnan(claims["C5"].constant.mean)
+    costs = tables.runs.group_by("variant", "instance", "run", "agent").agg(pl.col("steps").sum())
+    cost = dict(costs.group_by("variant").agg(pl.col("steps").mean()).iter_rows())
+    expected = (cost["constant-1"] - cost["constant-3-max"]) / cost["constant-1"]
+    assert claims["C6"].constant.mean == pytest.approx(expected)
+    line = claims["C6"].to_dict()
+    assert line["constant_low"] <= line["constant_difference"] <= line["constant_high"]
+
+
+def test_a_claim_without_a_control_has_no_second_verdict(study: Study, tables: StudyTables) -> None:
+    scenario = study.scenarios[0]
+    alone = tuple(replace(one, control="", control_base="") for one in scenario.comparisons)
+    claim = judge_claims(Study((replace(scenario, comparisons=alone),), study.seed), tables)[0]
+    assert claim.tensor is None
+    assert not math.isnan(claim.difference.mean)
+
+
+def test_every_claim_of_the_paper_names_variants_that_are_played() -> None:
+    for scenario in scenario_study().scenarios:
+        played = {variant.name for variant in scenario.variants}
+        for one in scenario.comparisons:
+            assert {one.base, one.candidate, one.control, one.control_base} - {""} <= played
 
 
 def test_c9_counts_weights_outside(study: Study, tables: StudyTables) -> None:

@@ -34,6 +34,7 @@ def reproduce(
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.progress import default_workers, progress_bar
     from tuckerl.reports.report import write_report
+    from tuckerl.reports.verdicts import verdict_table
     from tuckerl.studies.ablation import ablation_study, ablations
     from tuckerl.studies.reproduce import run_study
     from tuckerl.studies.scenarios import QUICK_RUNS, scenario_study
@@ -67,6 +68,4 @@ def reproduce(
         cells = summarise_sensitivity(others, play(others, folder / "sensitivity", "other readings").runs)
     claims, summaries = summarise(study, tables)
     report = write_report(study, claims, summaries, folder, ablations=taken_apart, sensitivity=cells)
-    for claim in claims:
-        typer.echo(f"{claim.id:>3}  {claim.verdict:<14} {claim.claim}")
-    typer.echo(f"Report: {report}")
+    typer.echo(f"{verdict_table(claims)}\nReport: {report}")

@@ -12,9 +12,10 @@ from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.markup import rendered, versions, write_page
 from tuckerl.reports.text import all_pairs, counted, ranks_of
+from tuckerl.reports.verdicts import with_constant_weights
 from tuckerl.studies.ablation import Ablation
 from tuckerl.studies.assumptions import INFERRED, INVENTED, OVERRULED, Assumption
-from tuckerl.studies.claims import Claim
+from tuckerl.studies.claims import IS_IT_THE_TENSOR, Claim
 from tuckerl.studies.scenarios import SCENARIOS, scenario_study
 from tuckerl.studies.sensitivity import Sensitivity
 from tuckerl.studies.statistics import Difference
@@ -62,6 +63,7 @@ def write_report(
         "report.html",
         claims=[(claim, reading(study, claim)) for claim in claims],
         outcome=outcome(claims),
+        is_it_the_tensor=IS_IT_THE_TENSOR,
         marks=MARKS,
         assumptions=assumed(study),
         summaries=summaries,
@@ -138,21 +140,30 @@ _VERDICTS = {
     "does not hold": ("does not hold", "do not hold"),
     "not decided": ("is not decided", "are not decided"),
 }
+_ANSWERS = {
+    "yes": ("shows a gain", "show a gain"),
+    "no": ("shows a loss", "show a loss"),
+    "not decided": ("decides nothing", "decide nothing"),
+}
 
 
 def outcome(claims: Sequence[Claim]) -> str:
     """Return what became of all claims in two sentences."""
-    counts = [(sum(claim.verdict == verdict for claim in claims), words) for verdict, words in _VERDICTS.items()]
-    parts = [f"{count} {one if count == 1 else many}" for count, (one, many) in counts if count]
+    found = _counted([claim.verdict for claim in claims], _VERDICTS)
     compared = [claim for claim in claims if not math.isnan(claim.control.mean)]
-    text = f"Of {counted(len(claims), 'claim')}, {', '.join(parts)}." if claims else "No claim was tested."
+    text = f"Of {counted(len(claims), 'claim')}, {found}." if claims else "No claim was tested."
     if not compared:
         return text
-    better = sum(claim.control.low > 0 for claim in compared)
+    answers = _counted([claim.tensor or "" for claim in compared], _ANSWERS)
     return (
-        f"{text} In {better} of {counted(len(compared), 'comparison')} the whole interval of the difference "
-        "from the constant control, which lowers the learning rate as much without the tensor, is above 0."
+        f"{text} Against the constant control, which lowers the learning rate as much without the tensor, "
+        f"of {counted(len(compared), 'comparison')} {answers}."
     )
+
+
+def _counted(found: Sequence[str], words: Mapping[str, tuple[str, str]]) -> str:
+    counts = [(sum(one == name for one in found), own) for name, own in words.items()]
+    return ", ".join(f"{count} {one if count == 1 else many}" for count, (one, many) in counts if count)
 
 
 def reading(study: Study, claim: Claim) -> str:
@@ -165,7 +176,8 @@ def reading(study: Study, claim: Claim) -> str:
         lost = claim.difference.n_diverged
         return f"Nothing is left to compare: in {all_pairs(lost)} a run diverged." if lost else "No pair was run."
     if claim.verdict == "holds":
-        return _reading_of_gain(claim.control, _causes(comparison, scenario))
+        gain = _reading_of_gain(claim.control, _causes(comparison, scenario))
+        return f"{gain} {with_constant_weights(claim)}" if comparison.control_base else gain
     first = "The opposite is the case: the whole interval lies below 0."
     if claim.verdict == "not decided":
         missing = math.isnan(claim.difference.low)

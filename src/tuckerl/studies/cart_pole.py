@@ -35,7 +35,7 @@ def comparisons(several: int = 3) -> tuple[Comparison, ...]:
         Comparison(
             "C1", "TSARSA(λ) with one agent balances longer than SARSA(λ)", "balance", "sarsa-lambda", one, "constant-1"
         ),
-        Comparison("C2", f"{several} TSARSA(λ) agents do better than one", "balance", one, more, control),
+        Comparison("C2", f"{several} TSARSA(λ) agents do better than one", "balance", one, more, control, "constant-1"),
         Comparison(
             "C10",
             "the agent of least variance is the right one to copy, not of most",
@@ -43,6 +43,7 @@ def comparisons(several: int = 3) -> tuple[Comparison, ...]:
             f"{more}-max",
             more,
             control,
+            f"constant-{several}-max",
         ),
     )
 
@@ -92,7 +93,7 @@ CART_POLE = Scenario(
         ALGORITHM,
         "sarsa-lambda",
         *("tsarsa-lambda-1", "tsarsa-lambda-2", "tsarsa-lambda-3", "tsarsa-lambda-3-max"),
-        *("constant-1", "constant-3-min", "permuted-1", "permuted-3-min"),
+        *("constant-1", "constant-3-min", "constant-3-max", "permuted-1", "permuted-3-min"),
     ),
     measure="balance",
     comparisons=comparisons(),

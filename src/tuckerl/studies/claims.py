@@ -1,22 +1,40 @@
-"""The claims of a study's scenarios, each with its verdict and, where it compares, the same against its control."""
+"""The claims of a study's scenarios, each with two verdicts: does it hold, and is the gain owed to the tensor."""
 
 import math
 import re
 import zlib
 from typing import Any, NamedTuple
 
+import numpy as np
 import polars as pl
 
 from tuckerl.studies.scenarios import SCENARIOS
-from tuckerl.studies.statistics import NO_DIFFERENCE, Difference, compare_with_control, json_number, json_numbers
-from tuckerl.studies.study import Scenario, Study
+from tuckerl.studies.statistics import (
+    MEASURES,
+    NO_DIFFERENCE,
+    Difference,
+    compare,
+    compare_with_control,
+    json_number,
+    json_numbers,
+)
+from tuckerl.studies.study import Comparison, Scenario, Study
 from tuckerl.studies.tables import StudyTables
 
 MOST_TIME = 1.5  # times the base's processor time is no big computational load
 
+IS_IT_THE_TENSOR = "is it the tensor?"
+"""What the control answers of a claim that compares the tensor step with the algorithm without it."""
+
+IS_BETTER_THAN_CONSTANT = "are the weights better than a constant rate?"
+"""What it answers of a claim about copying, whose base has the tensor step as well."""
+
+_CONSTANT_STREAM = 2  # of the interval among the constant controls; 0 and 1 are those of the claim and its control
+_ANSWERS = {"holds": "yes", "does not hold": "no", "not decided": "not decided"}
+
 
 class Claim(NamedTuple):
-    """A claim and its verdict."""
+    """A claim and its verdicts."""
 
     id: str
     claim: str
@@ -27,6 +45,13 @@ class Claim(NamedTuple):
     difference: Difference = NO_DIFFERENCE  # NaN where the claim is not a comparison
     control: Difference = NO_DIFFERENCE
     ratio: float | None = None  # of a claim about one; NaN where it cannot be told
+    tensor_question: str = ""  # what `tensor` answers; none where nothing is compared with a control
+    constant: Difference = NO_DIFFERENCE  # of a claim about copying: the same comparison among the constant controls
+
+    @property
+    def tensor(self) -> str | None:
+        """Say "yes", "no" or "not decided" to `tensor_question`, by the interval against the control."""
+        return _ANSWERS[self.control.verdict] if self.tensor_question else None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the claim's entry in ``claims.json``."""
@@ -36,6 +61,10 @@ class Claim(NamedTuple):
             "verdict": self.verdict,
             **json_numbers(self.difference, "difference", "low", "high"),
             **json_numbers(self.control, "control_difference", "control_low", "control_high"),
+            "tensor": self.tensor,
+            "tensor_question": self.tensor_question or None,
+            **json_numbers(self.constant, "constant_difference", "constant_low", "constant_high"),
+            "detail": self.detail,
             "runs": self.runs,
         }
         if self.ratio is not None:
@@ -60,20 +89,33 @@ def judge_claims(study: Study, tables: StudyTables) -> list[Claim]:
 def compared_claims(study: Study, scenario: Scenario, runs: pl.DataFrame) -> list[Claim]:
     """Return the claims that compare variants of one scenario."""
     own = runs.filter(pl.col("scenario") == scenario.name)
-    claims = []
-    for comparison in scenario.comparisons:
-        # Each interval has its own stream, so that no claim's numbers depend on which others are tested.
-        entropy = [study.seed, scenario.number, zlib.crc32(comparison.id.encode())]
-        difference, control = compare_with_control(own, comparison, entropy)
-        detail = f"{comparison.candidate} against {comparison.base}"
-        detail += f"; control {comparison.control}" if comparison.control else ""
-        pairs = difference.n_pairs
-        claims.append(
-            Claim(
-                comparison.id, comparison.claim, scenario.name, difference.verdict, pairs, detail, difference, control
-            )
-        )
-    return claims
+    return [_compared_claim(study, scenario, comparison, own) for comparison in scenario.comparisons]
+
+
+def _compared_claim(study: Study, scenario: Scenario, comparison: Comparison, runs: pl.DataFrame) -> Claim:
+    # Each interval has its own stream, so that no claim's numbers depend on which others are tested.
+    entropy = [study.seed, scenario.number, zlib.crc32(comparison.id.encode())]
+    difference, control = compare_with_control(runs, comparison, entropy)
+    detail = f"{comparison.candidate} against {comparison.base}"
+    detail += f"; control {comparison.control}" if comparison.control else ""
+    question, constant = IS_IT_THE_TENSOR if comparison.control else "", NO_DIFFERENCE
+    if comparison.control_base:
+        question = IS_BETTER_THAN_CONSTANT
+        names, measure = (comparison.control_base, comparison.control), MEASURES[comparison.measure]
+        rng = np.random.default_rng([*entropy, _CONSTANT_STREAM])
+        constant = compare(runs, *names, measure, rng, relative=difference.relative)
+    return Claim(
+        id=comparison.id,
+        claim=comparison.claim,
+        scenario=scenario.name,
+        verdict=difference.verdict,
+        runs=difference.n_pairs,
+        detail=detail,
+        difference=difference,
+        control=control,
+        tensor_question=question,
+        constant=constant,
+    )
 
 
 def _processor_time(scenarios: list[Scenario], tables: StudyTables) -> Claim:
@@ -121,4 +163,4 @@ def _weights_in_range(weights: pl.DataFrame) -> Claim:
         values = weights["weight"].to_numpy()
         span = f"from {values.min():.3g} to {values.max():.3g}"
     detail = f"{weights.height:,} weights, {span}; {outside:,} outside (0, 1]"
-    return Claim("C9", "omega is in [0, 1] and alpha times omega in (0, 1]", "all", verdict, runs, detail)
+    return Claim("C9", "omega is in (0, 1], and so is alpha times omega", "all", verdict, runs, detail)

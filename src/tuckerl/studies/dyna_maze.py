@@ -36,12 +36,12 @@ def problem_with(instance: int, metric: str) -> TabularMDP:
 def comparisons(several: int = 3) -> tuple[Comparison, ...]:
     """Return the claims, `several` being the number of several agents."""
     one, more = "dyna-ht-1", f"dyna-ht-{several}"
-    control = f"constant-{several}-max"
+    copying = (one, more, f"constant-{several}-max", "constant-1")
     return (
         Comparison("C3", "DYNA-HT finds a shorter path than DYNA-H", "path", "dyna-h", one, "constant-1"),
-        Comparison("C4", f"{several} DYNA-HT agents find a shorter path than one", "path", one, more, control),
+        Comparison("C4", f"{several} DYNA-HT agents find a shorter path than one", "path", *copying),
         Comparison("C5", "DYNA-HT with one agent costs less than DYNA-H", "cost", "dyna-h", one, "constant-1"),
-        Comparison("C6", f"{several} DYNA-HT agents cost less than one", "cost", one, more, control),
+        Comparison("C6", f"{several} DYNA-HT agents cost less than one", "cost", *copying),
     )
 
 

@@ -112,6 +112,9 @@ class Comparison:
     base: str  # the names of variants
     candidate: str
     control: str  # "" for none
+    # The base's own control, where base and candidate both have the tensor step and differ in how agents copy: then the
+    # control says nothing of where the step's gain comes from, only whether its weights beat a constant rate.
+    control_base: str = ""
 
 
 @dataclass(frozen=True)
