@@ -1,8 +1,9 @@
 import pytest
 
 from tuckerl import UCB, EpsilonGreedy, Exponential, Greedy, Harmonic, Linear, Softmax
-from tuckerl.cli.settings import parse_parameters, parse_settings
+from tuckerl.cli.settings import parse_parameters, parse_searches, parse_settings
 from tuckerl.errors import ParameterError, UnknownNameError
+from tuckerl.studies.search_space import Choices
 from tuckerl.training.policies.policy import Policy
 
 
@@ -137,3 +138,9 @@ def test_what_is_no_schedule_is_said(text: str, message: str) -> None:
         parse_parameters([f"epsilon={text}"])
     assert len(str(raised.value)) <= 600
     assert "epsilon" in str(raised.value)
+
+
+def test_none_is_a_name_where_names_are_taken() -> None:
+    texts = ["weights=none", "candidate.share=None", "ranks=none"]
+    assert parse_parameters(texts) == {"weights": "none", "candidate.share": "none", "ranks": None}
+    assert parse_searches(["weights=paper,none"]) == {"weights": Choices(("paper", "none"))}

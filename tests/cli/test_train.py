@@ -102,6 +102,15 @@ def test_a_finished_agent_is_left_alone_resumed_or_replaced(capsys: pytest.Captu
     assert Path("lake/agent.tuckerl").read_bytes() == first
 
 
+def test_greedy_episodes_that_fail_are_said_with_what_to_try(capsys: pytest.CaptureFixture[str]) -> None:
+    wanted = ["train", "q-learning", "FrozenLake-v1", "--env-set", "max_episode_steps=3", "--episodes", "20"]
+    assert status_of(*wanted, "--out", "lake") == 0
+    said = "All 100 greedy episodes were cut off after 3 steps. If that is not what was wanted, try: more episodes "
+    assert said in capsys.readouterr().out
+    assert status_of("evaluate", "lake/agent.tuckerl") == 0
+    assert said in capsys.readouterr().out
+
+
 def test_steps_can_be_the_goal() -> None:
     assert status_of(*LAKE, "--out", "lake", "--steps", "300", "--evaluate", "0") == 0
     history = pl.read_parquet("lake/history.parquet").filter(pl.col("agent") == 0)["steps"]

@@ -25,12 +25,13 @@ def evaluate(
     from tuckerl.cli.compiling import compiling_said
     from tuckerl.cli.settings import parse_settings
     from tuckerl.cli.warnings import short_warnings
-    from tuckerl.reports.learner_text import evaluation_lines, name_of, regret_lines
+    from tuckerl.reports.learner_text import evaluation_lines, failure_lines, name_of, regret_lines
     from tuckerl.studies.training import load_learner, names_of_agents
 
     with compiling_said(), short_warnings():
         learner = load_learner(file, env, parse_settings(env_settings or (), "--env-set"))
         evaluation = learner.evaluate(episodes, seed=seed)
         lines = [*evaluation_lines(evaluation, names_of_agents(learner)), *regret_lines(learner)]
+        lines += failure_lines(learner, evaluation)
     typer.echo(f"{name_of(learner)}, after {learner.episodes:,} episodes")
     typer.echo("\n".join(lines))

@@ -13,6 +13,7 @@ from tuckerl.studies.search_space import Choices, Range, Searched
 
 _COMMAS = re.compile(r",(?![^()\[\]]*[)\]])")  # outside of brackets
 _CONSTANTS = {"true": True, "false": False, "none": None, "null": None}
+_NAMED_NONE = ("share", "weights")  # of which "none" is one of the names that they take
 
 
 def parse_settings(texts: Sequence[str], option: str = "--set") -> dict[str, Any]:
@@ -52,7 +53,7 @@ def parse_parameters(texts: Sequence[str]) -> dict[str, Any]:
     UnknownNameError
         If there is no such schedule or policy.
     """
-    return {name: named_value(name, value) for name, value in parse_settings(texts).items()}
+    return {name: _parameter(name, value) for name, value in parse_settings(texts).items()}
 
 
 def parse_searches(texts: Sequence[str]) -> dict[str, Searched]:
@@ -91,7 +92,7 @@ def _choices(name: str, text: str) -> Choices:
     parts = [part.strip() for part in _COMMAS.split(text)]
     if not all(parts) or len(set(parts)) < len(parts):
         raise ParameterError(f"--search must be given values with commas between them, each once; got {shown(text)}")
-    return Choices(tuple(named_value(name, _value(part)) for part in parts))
+    return Choices(tuple(_parameter(name, _value(part)) for part in parts))
 
 
 def parse_numbers(text: str, option: str, count: int | None = None) -> Any:
@@ -110,6 +111,10 @@ def parse_numbers(text: str, option: str, count: int | None = None) -> Any:
         wanted = "whole numbers" if count is None else f"{count} whole numbers"
         raise ParameterError(f"{option} must be {wanted} with commas between them; got {shown(text)}")
     return numbers
+
+
+def _parameter(name: str, value: Any) -> Any:
+    return "none" if value is None and name.rpartition(".")[2] in _NAMED_NONE else named_value(name, value)
 
 
 def _value(text: str) -> Any:

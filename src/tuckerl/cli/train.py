@@ -54,7 +54,7 @@ def train(
     from tuckerl.cli.settings import parse_numbers, parse_parameters, parse_settings
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.errors import RankWarning
-    from tuckerl.reports.learner_text import how_it_plays, training_lines
+    from tuckerl.reports.learner_text import failure_lines, how_it_plays, training_lines
     from tuckerl.studies.training import Training
     from tuckerl.studies.training_config import TrainingConfig
 
@@ -77,5 +77,6 @@ def train(
             return
         typer.echo(how_it_plays(env, training.learner), err=True)
         training.learn(checkpoint=checkpoint, progress=True)
-        typer.echo("\n".join(training_lines(training.result(evaluate))))
+        result = training.result(evaluate)
+        typer.echo("\n".join([*training_lines(result), *failure_lines(training.learner, result.evaluation)]))
     typer.echo(f"Agent: {training.agent_file}")

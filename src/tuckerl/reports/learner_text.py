@@ -8,9 +8,10 @@ import numpy as np
 from tuckerl.errors import ProblemError
 from tuckerl.problems.mdp import TabularMDP
 from tuckerl.reports.text import counted, typed
-from tuckerl.studies.training import TrainingResult
+from tuckerl.studies.training import TrainingResult, last_returns
 from tuckerl.training.evaluation import Evaluation
 from tuckerl.training.learner import Learner
+from tuckerl.training.policies.epsilon_greedy import EpsilonGreedy
 from tuckerl.training.regret import regret
 from tuckerl.types import FloatArray
 
@@ -76,3 +77,42 @@ def evaluation_lines(evaluation: Evaluation, agents: Sequence[str] = ()) -> list
         *agent_lines(agents, evaluation.returns.mean(axis=0)),
         f"Mean steps of them: {typed(float(evaluation.steps.mean()))}",
     ]
+
+
+def failure_lines(learner: Learner, evaluation: Evaluation | None) -> list[str]:
+    """Return, on a line, that greedy episodes look like a failure and what to try; none where they do not.
+
+    They do where all were cut off, or where all ended with the same return and learning's last episodes had more.
+    """
+    if evaluation is None:
+        return []
+    last, n, limit = last_returns(learner), len(evaluation.returns), learner.problem.max_episode_steps
+    has_less = evaluation.mean < _mean(last)
+    all_of_them = "The greedy episode was" if n == 1 else f"All {counted(n, 'greedy episode')} were"
+    less = f"than the last {counted(len(last), 'episode')} of learning had ({typed(_mean(last))})"
+    if limit is not None and (evaluation.steps >= limit).all():
+        found = f"{all_of_them} cut off after {counted(limit, 'step')}"
+        circles = f", with less return {less}: without random actions it goes in circles. To try"
+        found += circles if has_less else ". If that is not what was wanted, try"
+    elif has_less and n > 1 and np.ptp(evaluation.returns) == 0:
+        found = (
+            f"All {counted(n, 'greedy episode')} ended with the return {typed(evaluation.mean)}, less {less}. To try"
+        )
+    else:
+        return []
+    return [f"{found}: {'; '.join(_to_try(learner))}."]
+
+
+def _mean(returns: FloatArray) -> float:
+    return float(returns.mean()) if returns.size else math.nan
+
+
+def _to_try(learner: Learner) -> list[str]:
+    """Return what may help where a greedy policy fails, the likeliest last."""
+    tries = [f"more episodes (--episodes {10 * max(learner.episodes, 1)} --resume)"]
+    if isinstance(learner.acting_policy, EpsilonGreedy):
+        tries.append("more exploration (--set epsilon=0.3)")
+    if learner.tensor_step is not None and learner.tensor_step.weights != "none":
+        share = "" if learner.n_agents == 1 else " --set share=visits"
+        tries.append(f"the learning rate as it is set, without the tensor's weights (--set weights=none{share})")
+    return tries

@@ -144,9 +144,8 @@ class Training:
         learner, evaluation = self.learner, None
         if n_evaluated and learner.diverged_at is None:
             evaluation = learner.evaluate(n_evaluated)
-        returns = learner.returns
-        n_last = min(len(returns), max(1, len(returns) // 10))
-        last = returns[len(returns) - n_last :]
+        last = last_returns(learner)
+        n_last = len(last)
         by_agent = last.mean(axis=0) if n_last else np.full(last.shape[1], math.nan)
         return TrainingResult(
             learner.episodes,
@@ -233,6 +232,12 @@ class _Saving(Callback):
 
     def on_window(self, learner: Learner) -> None:
         learner.save(self._path)
+
+
+def last_returns(learner: Learner) -> FloatArray:
+    """Return the returns of the last tenth of what a learner has learned from, (episodes, agents)."""
+    returns = learner.returns
+    return returns[len(returns) - min(len(returns), max(1, len(returns) // 10)) :]
 
 
 def names_of_agents(learner: Learner) -> tuple[str, ...]:
