@@ -22,3 +22,6 @@ Seed = int | np.random.SeedSequence | None
 
 Ranks = Sequence[int]
 """One rank for each mode of a tensor."""
+
+AskedRanks = Ranks | float | str
+"""Ranks, or the share of a tensor's energy that they are to explain; "auto" is a share by name."""

@@ -330,7 +330,7 @@ def _tensor() -> np.ndarray:
     return np.random.default_rng(0).normal(size=(4, 2, 3, 2))
 
 
-_RANKS: list[Make] = [*these((2, 2, 2, 1), (1, 1, 1, 1)), lambda: [2, 1, 2, 2]]
+_RANKS: list[Make] = [*these((2, 2, 2, 1), (1, 1, 1, 1), "auto", 0.9), lambda: [2, 1, 2, 2]]
 _TABLE: dict[str, Sequence[Make]] = {
     "next_state": [lambda: np.array([[0, 1], [0, 2], [1, 3], [3, 3]]), lambda: [[0, 1], [0, 2], [1, 3], [3, 3]]],
     "reward": [lambda: np.ones((4, 2)), lambda: np.arange(8).reshape(4, 2)],

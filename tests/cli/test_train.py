@@ -364,6 +364,11 @@ def _saved(name: str) -> Path:
         ("show whole.tuckerl --out text.tuckerl/x", "cannot make the folder text.tuckerl/x/figures"),
         ("show good.npy --env FrozenLake-v1", "good.npy is an array: leave --env out"),
         ("show good.npy --ranks 0,1,1,1", "ranks[0] must be a whole number of at least 1; got 0"),
+        ("show good.npy --ranks 1.5", "ranks, as a share of the energy, must be a number in (0, 1]; got 1.5"),
+        (
+            "show good.npy --ranks abc",
+            "--ranks must be 4 whole numbers with commas between them; got 'abc'; auto and a",
+        ),
         ("show good.npy --layout 2,3", "layout must be (rows, columns) of 4 cells; got (2, 3)"),
         ("show two.npz", "two.npz must hold one array, the tensor of Q-tables; it holds a, b"),
         ("show flat.npy", "must have the axes (state, action, episode, agent); got shape (2, 3, 1)"),
@@ -396,6 +401,7 @@ def test_tensors_are_shown(capsys: pytest.CaptureFixture[str]) -> None:
     X[1:] = np.random.default_rng(0).normal(size=(5, 2, 3, 2))
     np.savez("tables.npz", X)
     fit = tuckerl.tucker(X[1:], (3, 1, 3, 1)).fit
+    found = tuckerl.tucker(X[1:], 0.8)
     assert status_of("show", "tables.npz", "--layout", "2,3", "--out", "looked") == 0
     assert capsys.readouterr().out.splitlines() == [
         "Tensor: 6 states, 2 actions, 3 episodes and 2 agents",
@@ -403,3 +409,5 @@ def test_tensors_are_shown(capsys: pytest.CaptureFixture[str]) -> None:
         "Page: looked/inspect.html",
     ]
     assert Path("looked/figures/policy.svg").exists()
+    assert status_of("show", "tables.npz", "--ranks", "0.8", "--out", "looked") == 0
+    assert f"Decomposition with ranks {found.ranks}: fit {found.fit:.3g}" in capsys.readouterr().out

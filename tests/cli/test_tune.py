@@ -45,12 +45,12 @@ def test_wrong_input_is_one_sentence_and_status_2(
 
 
 def test_ranges_and_choices_are_read() -> None:
-    texts = ("alpha=0.1:1:log", "every=2:9", "share=max, min", "ranks=(2,2,2,1),(4,2,2,1)", "epsilon=Linear(1,0,9),0.1")
+    texts = ("alpha=0.1:1:log", "every=2:9", "share=max, min", "ranks=(2,2,2,1),auto,0.9", "epsilon=Linear(1,0,9),0.1")
     assert parse_searches(texts) == {
         "alpha": Range(0.1, 1, log=True),
         "every": Range(2, 9),
         "share": Choices(("max", "min")),
-        "ranks": Choices(((2, 2, 2, 1), (4, 2, 2, 1))),
+        "ranks": Choices(((2, 2, 2, 1), "auto", 0.9)),
         "epsilon": Choices((Linear(1, 0, 9), 0.1)),
     }
 

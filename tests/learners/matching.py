@@ -80,9 +80,8 @@ def compare_with_step(
     assert isinstance(step.weights, str)
     assert isinstance(step.share, str)
     assert step.ranks is not None
-    ranks = tuple(step.ranks)
     steps, windows = tensor_step.play(
-        twins, 10, seed=3, every=4, ranks=ranks, weights=step.weights, sharing=step.share, floor=step.floor
+        twins, 10, seed=3, every=4, ranks=step.ranks, weights=step.weights, sharing=step.share, floor=step.floor
     )
     assert step.every == 4
     assert learner.steps.tolist() == steps

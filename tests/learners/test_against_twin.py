@@ -123,7 +123,7 @@ def _compare_with_step(
         10,
         seed=3,
         every=step.every,
-        ranks=tuple(step.ranks or ()),
+        ranks=step.ranks or (),
         weights=step.weights,
         sharing=step.share,
         floor=step.floor,
@@ -150,6 +150,14 @@ def _compare_with_step(
 def test_tensor_step_equals_its_twin(weights: str, share: str) -> None:
     step = TensorStep(every=4, ranks=(3, 2, 2, 2), weights=weights, share=share)
     _compare_with_step(random_mdp(11, n_outcomes=2), step, n_agents=3)
+
+
+@pytest.mark.parametrize("ranks", ["auto", 0.8, 0.999, 1.0])
+@pytest.mark.parametrize("initial_q", [0.0, -0.75])
+def test_tensor_step_with_ranks_by_energy_equals_its_twin(ranks: str | float, initial_q: float) -> None:
+    # Rows that nobody touched have energy, too, where values do not begin at 0.
+    problem = random_mdp(13, n_states=12, n_outcomes=2, limit=5)
+    _compare_with_step(problem, TensorStep(every=4, ranks=ranks), n_agents=2, initial_q=initial_q)
 
 
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")

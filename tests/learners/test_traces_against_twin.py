@@ -205,7 +205,7 @@ def _played_with_step(made: type[Any], problem: TabularMDP, step: TensorStep, n_
         10,
         seed=3,
         every=step.every,
-        ranks=tuple(step.ranks or ()),
+        ranks=step.ranks or (),
         weights=step.weights,
         sharing=step.share,
         floor=step.floor,

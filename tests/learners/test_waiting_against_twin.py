@@ -87,7 +87,7 @@ def _compare_with_step(made: Any, step: TensorStep, n_agents: int, **own: Any) -
         10,
         seed=3,
         every=4,
-        ranks=tuple(step.ranks or ()),
+        ranks=step.ranks or (),
         weights=step.weights,
         sharing=step.share,
         floor=step.floor,

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from tests.reference.q_learning import QLearner, Table
 from tests.reference.sarsa_lambda import SarsaLambdaLearner
 from tests.reference.tensor import leading_vectors, project, unfold
 
+Ranks = Sequence[int] | float | str  # numbers, or the share of the squares that is to be explained; "auto" is 0.95
 STEP_STREAM = 2**32 - 1
 
 
@@ -21,17 +22,32 @@ class Window(NamedTuple):
     ranks: tuple[int, ...]
 
 
-def clipped(MQT: Table, ranks: tuple[int, ...]) -> list[int]:
+def clipped(MQT: Table, ranks: Ranks) -> list[int]:
     """At most the numerical rank of each mode and the product of the other ranks."""
     allowed = []
-    for mode, rank in enumerate(ranks):
+    for mode in range(4):
         values = np.linalg.svd(unfold(MQT, mode), compute_uv=False)
+        if isinstance(ranks, str):
+            rank = carrying(values, 0.95)
+        else:
+            rank = carrying(values, ranks) if isinstance(ranks, float) else ranks[mode]
         allowed.append(min(rank, int((values > 1e-10 * values[0]).sum())))
     for _ in range(10):
         for mode in range(4):
             others = int(np.prod([rank for n, rank in enumerate(allowed) if n != mode]))
             allowed[mode] = min(allowed[mode], others)
     return allowed
+
+
+def carrying(values: Any, share: float) -> int:
+    """The least number of singular values whose squares are that share of all squares."""
+    if share == 1.0:
+        return len(values)
+    rank, carried = 0, 0.0
+    while carried < share * (1 - 1e-12) * sum(values**2):
+        carried += values[rank] ** 2
+        rank += 1
+    return rank
 
 
 def factors_of(MQT: Table, ranks: list[int], tol: float, max_iterations: int) -> list[Table]:
@@ -126,7 +142,7 @@ def play(
     *,
     seed: int,
     every: int,
-    ranks: tuple[int, ...],
+    ranks: Ranks,
     weights: str = "paper",
     sharing: str = "max",
     floor: float = 0.0,

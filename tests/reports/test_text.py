@@ -103,6 +103,10 @@ def test_a_claim_that_compares_nothing_has_no_reading() -> None:
         (wording.mean_of(12.34, "steps"), "12.3"),
         (wording.mean_of(12.34, "return"), "12.34"),
         (wording.counted(1, "run"), "1 run"),
+        (wording.ranks_of(None), "no ranks"),
+        (wording.ranks_of((15, 3, 9, 1)), "ranks (15, 3, 9, 1)"),
+        (wording.ranks_of("auto"), "ranks for 95 % of the energy"),
+        (wording.ranks_of(0.999), "ranks for 99.9 % of the energy"),
         (wording.counted(1500, "run"), "1,500 runs"),
     ],
 )

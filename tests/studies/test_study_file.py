@@ -93,6 +93,17 @@ def test_a_grid_has_the_values_that_it_names(written: str, values: list[str]) ->
         assert [variant.parameters[parameter] for variant in variants] == [float(value) for value in values]
 
 
+def test_ranks_are_numbers_or_a_share_of_the_energy() -> None:
+    study = made(changed(("grid = { ", 'grid = { ranks = [[3, 2, 2, 1], "auto", 0.9], '), ("t[alpha=0.1]", "t")))
+    variants = [one for one in study.scenarios[0].variants if one.name.startswith("t[") and "alpha=0.1" in one.name]
+    names = [f"t[ranks={ranks},alpha=0.1]" for ranks in ("[3,2,2,1]", "auto", "0.9")]
+    assert [one.name for one in variants] == [*names, *(f"{name}-constant" for name in names)]
+    found = [one.specification()["tensor_step"]["ranks"] for one in variants[:3]]
+    assert found == [[3, 2, 2, 1], "auto", 0.9]
+    with pytest.raises(ParameterError, match=r"line 17: .*ranks, as a share .* must be a number in \(0, 1\]; got 1.5"):
+        made(changed(("grid = { ", "grid = { ranks = [0.9, 1.5], "), ("t[alpha=0.1]", "t")))
+
+
 def test_a_grid_of_several_settings_has_every_combination_and_agents_are_one() -> None:
     grid = ("grid = { ", "grid = { agents = [1, 3], every = [5], ")
     variants = made(changed(grid, ("t[alpha=0.1]", "t"))).scenarios[0].variants

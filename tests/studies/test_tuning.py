@@ -12,7 +12,7 @@ from tuckerl.reports.tuning_page import command, outcome, write_tuning
 from tuckerl.studies import reproduce
 from tuckerl.studies.algorithms import ALGORITHMS
 from tuckerl.studies.runs import Run, run_code, run_identities
-from tuckerl.studies.search_space import DEFAULT_RANGES, Choices, Range, SearchSpace
+from tuckerl.studies.search_space import DEFAULT_RANGES, Choices, Range, Searched, SearchSpace
 from tuckerl.studies.statistics import Pairs
 from tuckerl.studies.store import Results
 from tuckerl.studies.study import Scenario, Study, Variant
@@ -330,6 +330,19 @@ def test_default_ranges_are_those_that_an_algorithm_has(name: str) -> None:
         ranked = space.variant({"state_rank": 4, "action_rank": 2, "agents": 3}).variant
         assert ranked.tensor_step is not None
         assert (ranked.tensor_step.ranks, ranked.n_agents) == ((4, 2, 9, 1), 3)
+
+
+def test_ranks_by_energy_can_be_fixed_and_searched() -> None:
+    environment = NamedEnvironment("FrozenLake-v1", {})
+    fixed = SearchSpace(ALGORITHMS["tq-learning"], environment, {}, {"ranks": "auto"}, None, 30)
+    assert not {"state_rank", "action_rank", "ranks"} & {*fixed.searched}
+    searched: dict[str, Searched] = {"ranks": Range(0.8, 0.99)}
+    space = SearchSpace(ALGORITHMS["tq-learning"], environment, searched, {}, None, 30)
+    assert {"state_rank", "action_rank", "ranks"} & {*space.searched} == {"ranks"}
+    chosen = space.variant({"ranks": 0.9})
+    assert (chosen.variant.name, chosen.algorithm.step.ranks) == ("tq-learning[ranks=0.9]", 0.9)
+    with pytest.raises(ParameterError, match=r"must be a number in \(0, 1\]; got 2.0"):
+        SearchSpace(ALGORITHMS["tq-learning"], environment, {"ranks": Range(0.5, 2)}, {}, None, 30)
 
 
 def test_fixed_agents_policies_and_ranks_are_not_searched() -> None:

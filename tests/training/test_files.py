@@ -120,6 +120,18 @@ def test_a_loaded_step_is_equal(path: Path) -> None:
     assert QLearning.load(path).tensor_step == STEP
 
 
+@pytest.mark.parametrize("ranks", ["auto", 0.9])
+def test_ranks_by_energy_are_kept_and_gone_on_with(ranks: str | float, tmp_path: Path) -> None:
+    step = TensorStep(every=4, ranks=ranks)
+    QLearning(corridor(), seed=0, tensor_step=step, n_agents=2).learn(6).save(tmp_path / "agent.tuckerl")
+    again = QLearning.load(tmp_path / "agent.tuckerl")
+    assert again.tensor_step == step
+    whole = QLearning(corridor(), seed=0, tensor_step=step, n_agents=2).learn(12)
+    np.testing.assert_array_equal(again.learn(6).q, whole.q)
+    np.testing.assert_array_equal(again.tensor_step_history.ranks, whole.tensor_step_history.ranks)
+    assert (whole.tensor_step_history.ranks > 0).all()
+
+
 def test_a_warning_names_the_line_that_learns() -> None:
     learner = QLearning(corridor(), seed=0, tensor_step=TensorStep(every=2, ranks=(9, 9, 9, 9)))
     with pytest.warns(RankWarning, match="clipped") as caught:

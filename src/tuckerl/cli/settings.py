@@ -10,6 +10,7 @@ from tuckerl.checks import shown
 from tuckerl.errors import ParameterError
 from tuckerl.studies.named_values import named_value
 from tuckerl.studies.search_space import Choices, Range, Searched
+from tuckerl.tensor.ranks import AUTO
 
 _COMMAS = re.compile(r",(?![^()\[\]]*[)\]])")  # outside of brackets
 _CONSTANTS = {"true": True, "false": False, "none": None, "null": None}
@@ -115,6 +116,23 @@ def parse_numbers(text: str, option: str, count: int | None = None) -> Any:
 
 def _parameter(name: str, value: Any) -> Any:
     return "none" if value is None and name.rpartition(".")[2] in _NAMED_NONE else named_value(name, value)
+
+
+def parse_ranks(text: str, option: str) -> Any:
+    """Return the four ranks of a text such as ``15,3,9,1``, the share of one such as ``0.95``, or ``"auto"``.
+
+    Raises
+    ------
+    ParameterError
+        If it is something else.
+    """
+    ranks = _value(text)
+    if ranks == AUTO or isinstance(ranks, float):
+        return ranks
+    try:
+        return parse_numbers(text, option, 4)
+    except ParameterError as error:
+        raise ParameterError(f"{error}; auto and a share of the energy such as 0.95 are taken, too") from error
 
 
 def _value(text: str) -> Any:

@@ -15,7 +15,8 @@ def show(
         str | None, typer.Option(metavar="ROWS,COLUMNS", help="The grid whose cells are the states, row by row.")
     ] = None,
     ranks: Annotated[
-        str | None, typer.Option(metavar="A,B,C,D", help="Ranks to decompose a tensor with. An agent has its own.")
+        str | None,
+        typer.Option(metavar="RANKS", help="A,B,C,D, auto or a share such as 0.95, of a tensor. An agent has its own."),
     ] = None,
     env: Annotated[
         str | None, typer.Option(help="What an agent learned on, where the file and run.json do not say.")
@@ -24,15 +25,15 @@ def show(
 ) -> None:
     """Inspect a file: write inspect.html and figures of the policy, the values, the loadings and the windows."""
     # Imported here, so that --help is quick.
-    from tuckerl.cli.settings import parse_numbers, parse_settings
+    from tuckerl.cli.settings import parse_numbers, parse_ranks, parse_settings
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.reports.inspect.file import inspect_file
     from tuckerl.reports.inspect.page import write_inspection
 
     shape = None if layout is None else parse_numbers(layout, "--layout", 2)
-    numbers = None if ranks is None else parse_numbers(ranks, "--ranks", 4)
+    asked = None if ranks is None else parse_ranks(ranks, "--ranks")
     with short_warnings():
-        inspection, lines = inspect_file(file, shape, numbers, env, parse_settings(env_settings or (), "--env-set"))
+        inspection, lines = inspect_file(file, shape, asked, env, parse_settings(env_settings or (), "--env-set"))
     name = file.resolve().parent.name if file.name == "agent.tuckerl" else file.stem
     page = write_inspection(inspection, out or Path("results") / "show" / name)
     typer.echo("\n".join(lines))

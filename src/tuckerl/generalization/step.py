@@ -35,6 +35,7 @@ from tuckerl.rng import child
 from tuckerl.saved_arrays import ANY_LENGTH, SavedArrays, grouped
 from tuckerl.tensor import TuckerDecomposition, decompose
 from tuckerl.tensor.one_thread import ONE_THREAD
+from tuckerl.tensor.ranks import numbers_or_share
 from tuckerl.types import FloatArray, IntArray
 
 _STREAM = 2**32 - 1  # the child of the learner's seed that is the step's; agents have 0, 1, 2, ...
@@ -81,7 +82,7 @@ class TensorStepState:
     ) -> None:
         self.step, self._weighting, self._sharing = step, step.weighting, step.sharing
         self.snapshots, self.places = Snapshots(initial_q, n_agents), LogWindow(step, n_agents)
-        self._ranks = (1, 1, 1, 1) if step.ranks is None else tuple(step.ranks)  # without ranks nothing reads them
+        self._ranks = numbers_or_share(step.ranks or (1, 1, 1, 1))  # without ranks nothing reads them
         self._n_actions, self._n_agents = initial_q.shape[1], n_agents
         self._sequence = sequence
         self._warned: set[type[Warning]] = set()
@@ -215,7 +216,7 @@ class TensorStepState:
             self._warn(DecompositionWarning, _NOT_DECOMPOSED.format(error))
             return None, _FAILED
         self._loadings = partial(loadings_of, decomposition, self.snapshots.changed, episode)
-        if decomposition.ranks != self._ranks:
+        if isinstance(self._ranks, tuple) and decomposition.ranks != self._ranks:
             self._warn(
                 RankWarning,
                 f"ranks {self._ranks} are more than the tables of a window allow and were clipped to "
@@ -286,7 +287,8 @@ class TensorStepState:
             arrays.take("ranks", np.int64, (n, 4), -1),
         )
         sizes = (self.snapshots.n_states, n_actions, self.step.every, n_agents)
-        loadings = read_loadings(arrays.group("loadings"), sizes, self._ranks, episodes)
+        ranks = self._ranks if isinstance(self._ranks, tuple) else sizes
+        loadings = read_loadings(arrays.group("loadings"), sizes, ranks, episodes)
         return HeldStep(self.snapshots.read(arrays, finite=not diverged), history, loadings)
 
     def restore(self, held: "HeldStep") -> None:

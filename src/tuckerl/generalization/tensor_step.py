@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 
-from tuckerl.checks import check_function, check_int, check_name, check_real, check_sequence, shown
+from tuckerl.checks import check_function, check_int, check_name, check_real, shown
 from tuckerl.errors import ParameterError
 from tuckerl.generalization.sharing import SHARING_RULES, ShareFunction, SharingRule, custom_sharing
 from tuckerl.generalization.weights import WEIGHTINGS, WeightFunction, Weighting, custom_weighting
-from tuckerl.types import Ranks
+from tuckerl.tensor.ranks import check_ranks
+from tuckerl.types import AskedRanks
 
 
 @dataclass(frozen=True)
@@ -17,9 +18,10 @@ class TensorStep:
     ----------
     every : int
         Episodes in a window; the step follows each window.
-    ranks : four ints, optional
-        Columns of the state, action, episode and agent factors; clipped to what a window allows. They may be left out
-        where nothing reads the factors.
+    ranks : four ints, "auto" or float, optional
+        Columns of the state, action, episode and agent factors, clipped to what a window allows; or a share of the
+        energy in (0, 1], "auto" for 0.95: anew for each window, in each mode the least rank whose singular values carry
+        that share of the tables' squares. They may be left out where nothing reads the factors.
     weights : str or callable
         ``"paper"``: row norms of A_p over its norm; ``"relative"``: those over their largest; ``"constant"``:
         1/sqrt(A) for every action; ``"permuted"``: the paper's, dealt to random actions; ``"none"``: 1; or a function
@@ -53,7 +55,7 @@ class TensorStep:
     """
 
     every: int
-    ranks: Ranks | None = None
+    ranks: AskedRanks | None = None
     weights: str | WeightFunction = "paper"
     share: str | ShareFunction = "max"
     floor: float = 0.0
@@ -65,7 +67,8 @@ class TensorStep:
     def __post_init__(self) -> None:
         object.__setattr__(self, "every", check_int("every", self.every, 1))
         if self.ranks is not None:
-            object.__setattr__(self, "ranks", _check_ranks(self.ranks))
+            checked = check_ranks(self.ranks, _EXPECTED_RANKS, _RANKS)
+            object.__setattr__(self, "ranks", str(self.ranks) if isinstance(self.ranks, str) else checked)
         for name, value, known in (("weights", self.weights, WEIGHTINGS), ("share", self.share, SHARING_RULES)):
             if callable(value):
                 check_function(name, value, "decomposition" if name == "weights" else "context")
@@ -79,7 +82,7 @@ class TensorStep:
         if self.ranks is None and self.needs_decomposition:
             raise ParameterError(
                 f"ranks must be given, as the factors of a decomposition are read by {' and '.join(self._readers)}: "
-                "four whole numbers such as (15, 3, 9, 1); weights='none' with share='visits' needs none"
+                "four whole numbers such as (15, 3, 9, 1), or 'auto'; weights='none' with share='visits' needs none"
             )
 
     def _check_share_every(self) -> None:
@@ -140,10 +143,5 @@ class TensorStep:
         return max(of_sharing, self.every if self.needs_decomposition else 0)
 
 
-def _check_ranks(ranks: object) -> tuple[int, ...]:
-    expected = "four whole numbers of at least 1, for the state, action, episode and agent axes"
-    asked = check_sequence("ranks", ranks, expected, 4)
-    return tuple(check_int(f"the {axis} rank", rank, 1) for axis, rank in zip(_AXES, asked, strict=True))
-
-
-_AXES = ("state", "action", "episode", "agent")
+_EXPECTED_RANKS = "four whole numbers of at least 1, for the state, action, episode and agent axes"
+_RANKS = [f"the {axis} rank" for axis in ("state", "action", "episode", "agent")]

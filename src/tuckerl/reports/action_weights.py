@@ -12,6 +12,7 @@ from tuckerl.reports.styles import ACTION_STYLES, BLACK, EndLabel, count_episode
 from tuckerl.reports.text import counted
 from tuckerl.studies.figure_text import WeightText
 from tuckerl.studies.summary import Summary, WeightCourse
+from tuckerl.tensor.ranks import numbers_or_share
 
 NO_WEIGHTS = "no window was finished: there are no weights to show"
 _MOST_PANELS = 3
@@ -86,7 +87,8 @@ def _lines_caption(summary: Summary) -> str:
     runs = counted(scenario.n_runs * scenario.n_instances, "run")
     of_all = f" (of all {scenario.instance}s)" if scenario.n_instances > 1 else ""
     steps = [v.tensor_step for v in scenario.variants if v.name == courses[0].variant and v.tensor_step]
-    ranks = [step.ranks[1] for step in steps if step.ranks is not None]
+    asked = [numbers_or_share(step.ranks) for step in steps if step.ranks is not None]
+    ranks = [one[1] for one in asked if isinstance(one, tuple)]  # the others have as many as a window needs
     limit = (
         f" With {ranks[0]} columns for the actions no weight can exceed 1/√{ranks[0]} = {1 / math.sqrt(ranks[0]):.3f}."
         if ranks and ranks[0] < n_actions

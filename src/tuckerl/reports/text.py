@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from tuckerl.types import FloatArray, Ranks
+from tuckerl.tensor.ranks import numbers_or_share
+from tuckerl.types import AskedRanks, FloatArray
 
 if TYPE_CHECKING:  # what it imports, commands without statistics do not need
     from tuckerl.generalization.tensor_step import TensorStep
@@ -19,9 +20,12 @@ def counted(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
-def ranks_of(ranks: Ranks | None) -> str:
-    """Return "ranks (15, 3, 9, 1)" or "no ranks"."""
-    return "no ranks" if ranks is None else f"ranks {tuple(ranks)}"
+def ranks_of(ranks: AskedRanks | None) -> str:
+    """Return "ranks (15, 3, 9, 1)", "ranks for 95 % of the energy" or "no ranks"."""
+    if ranks is None:
+        return "no ranks"
+    known = numbers_or_share(ranks)
+    return f"ranks {known}" if isinstance(known, tuple) else f"ranks for {100 * known:.10g} % of the energy"
 
 
 def share_of(step: "TensorStep") -> str:

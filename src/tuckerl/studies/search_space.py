@@ -109,7 +109,10 @@ class SearchSpace:
         self._default_ranks: tuple[int, ...] = ()
         made = self.variant({})
         if algorithm.is_t_version:
-            self._default_ranks = tuple(made.algorithm.step.ranks or ())
+            ranks = made.algorithm.step.ranks
+            self._default_ranks = (
+                ranks if isinstance(ranks, tuple) else ()
+            )  # of a share of the energy, none is searched
         own = {name: one for name, one in searched.items() if name in known}
         left_out = {*own, *self.fixed}
         if n_agents is not None or has_several_agents(environment.name):
@@ -165,7 +168,10 @@ def searchable(algorithm: Algorithm) -> dict[str, str]:
     """Return the kind of each setting that can be searched: "int", "float", or something else, which has no ranges."""
     docs = parameter_docs(algorithm)
     kinds = {name: doc.kind.replace(",", " ").partition(" ")[0] for name, doc in docs.items()}
-    return kinds | dict.fromkeys((*_RANKS, AGENTS), "int") if algorithm.is_t_version else kinds
+    if not algorithm.is_t_version:
+        return kinds
+    # A range of ranks is one of the shares of the energy that they explain; four numbers are choices.
+    return kinds | dict.fromkeys((*_RANKS, AGENTS), "int") | {"ranks": "float"}
 
 
 def check_names(
@@ -186,7 +192,11 @@ def check_names(
                     f"{name} is searched of algorithms with a tensor step, and {algorithms[0].name} has none"
                 )
         elif name in own:
-            how = "fix the number with --agents" if name == AGENTS else "set ranks=A,B,C,D, all four"
+            how = (
+                "fix the number with --agents"
+                if name == AGENTS
+                else "set ranks=A,B,C,D, all four, or a share such as ranks=0.95"
+            )
             raise ParameterError(f"{name} cannot be set by name: {how}, or search it")
         else:
             check_setting(algorithms, name)

@@ -67,7 +67,8 @@ class Variant:
 def as_entries(step: TensorStep) -> dict[str, Any]:
     """Return a tensor step's parameters as JSON; those that older studies did not know only where they are set."""
     entries = {name: value for name, value in vars(step).items() if value or name not in ("shrink", "share_every")}
-    return entries | {"ranks": step.ranks and list(step.ranks)}
+    ranks = step.ranks
+    return entries | {"ranks": ranks if ranks is None or isinstance(ranks, (str, float)) else list(ranks)}
 
 
 def variant(algorithm: AlgorithmConfig, name: str) -> Variant:

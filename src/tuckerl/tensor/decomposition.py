@@ -17,11 +17,13 @@ from numpy.typing import ArrayLike
 
 from tuckerl.checks import NO_ARRAY, check_int, check_real, refuse_mask
 from tuckerl.errors import ParameterTypeError, RankWarning, TensorError, warn
+from tuckerl.tensor.energy import ranks_by_energy
 from tuckerl.tensor.hooi import Iterated, iterate
 from tuckerl.tensor.modes import Floats, multiply_all
 from tuckerl.tensor.one_thread import ONE_THREAD
 from tuckerl.tensor.ranks import Ranks, check_ranks, clip_ranks
 from tuckerl.tensor.tall import orthonormal, triangle
+from tuckerl.types import AskedRanks
 
 # Where less is left of the tensor, the errors of its squares would show in the fit.
 _SURE_FIT = 1.0 - 1e-4
@@ -135,7 +137,7 @@ class _Found(TuckerDecomposition):
         return core
 
 
-def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations: int = 50) -> TuckerDecomposition:
+def tucker(X: ArrayLike, ranks: AskedRanks, tol: float = 1e-4, max_iterations: int = 50) -> TuckerDecomposition:
     """Decompose a tensor by higher-order orthogonal iteration from the truncated higher-order SVD.
 
     Ranks above what is possible (see :mod:`tuckerl.tensor.ranks`) are lowered, and one warning says so. The result
@@ -146,8 +148,11 @@ def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations
     ----------
     X : (I_0, ..., I_{N-1}) array_like, N >= 2
         Finite real numbers; not modified.
-    ranks : sequence of N int
-        Columns of each factor, at least 1.
+    ranks : sequence of N int, float or "auto"
+        Columns of each factor, at least 1; or the share of the energy, in (0, 1], that they are to explain, "auto" for
+        0.95: in each mode the least rank whose singular values carry that share of ``norm(X)**2`` (see
+        :mod:`tuckerl.tensor.energy`). So does scikit-learn read the ``n_components`` of its PCA; a float in TensorLy is
+        something else, the share of the tensor's numbers that the result has.
     tol : float
         Stop after a sweep that changes the fit by less than this; 0 does all `max_iterations` sweeps.
     max_iterations : int
@@ -164,7 +169,7 @@ def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations
     ParameterTypeError
         If `X` is no array at all, or a parameter is of the wrong type.
     ParameterError
-        If `ranks` are not N positive numbers, or `tol` or `max_iterations` is negative.
+        If `ranks` are not N positive numbers and no share in (0, 1], or `tol` or `max_iterations` is negative.
 
     Warns
     -----
@@ -183,16 +188,19 @@ def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations
     >>> d = tucker(X, (1, 2, 2))
     >>> [factor.shape for factor in d.factors], round(d.fit, 3)
     ([(2, 1), (3, 2), (4, 2)], 0.884)
+    >>> tucker(X, 0.99).ranks
+    (2, 1, 2)
     """
     tensor = _check_tensor(X)
-    asked = check_ranks(ranks, tensor.ndim)
+    expected = f"{tensor.ndim} whole numbers, one for each mode of the tensor"
+    asked = check_ranks(ranks, expected, [f"ranks[{mode}]" for mode in range(tensor.ndim)])
     tol = check_real("tol", tol, low=0.0)
     max_iterations = check_int("max_iterations", max_iterations, low=0)
     with ONE_THREAD:  # for the bits, and as more of them wait for each other longer than they work
         result = decompose(tensor, asked, tol, max_iterations)
         # Made now: the array is the caller's, who may go on to change it.
         made = TuckerDecomposition(result.core, tuple(result.factors), result.fit, result.iterations)
-    if result.ranks != asked:
+    if isinstance(asked, tuple) and result.ranks != asked:
         warn(
             f"ranks {asked} were asked of a tensor of shape {tensor.shape} and {result.ranks} used: a rank is "
             "at most its mode's size, its mode's numerical rank and the product of the other ranks; ask for less",
@@ -201,7 +209,7 @@ def tucker(X: ArrayLike, ranks: Sequence[int], tol: float = 1e-4, max_iterations
     return made
 
 
-def decompose(X: Floats, ranks: Ranks, tol: float = 1e-4, max_iterations: int = 50) -> TuckerDecomposition:
+def decompose(X: Floats, ranks: Ranks | float, tol: float = 1e-4, max_iterations: int = 50) -> TuckerDecomposition:
     """Do what :func:`tucker` does, without checking its parameters and without a warning about ranks.
 
     For callers with thousands of tensors and one place to warn: `ranks` of the result tells which were used. Its
@@ -210,7 +218,8 @@ def decompose(X: Floats, ranks: Ranks, tol: float = 1e-4, max_iterations: int = 
     Parameters
     ----------
     X : (I_0, ..., I_{N-1}) float64, N >= 2, no axis empty
-    ranks : tuple of N int, each at least 1
+    ranks : tuple of N int, each at least 1, or float
+        The float is a share of the energy, in (0, 1].
     tol, max_iterations : float, int
         As for :func:`tucker`.
 
@@ -239,7 +248,7 @@ def decompose(X: Floats, ranks: Ranks, tol: float = 1e-4, max_iterations: int = 
             "diverged, or replace them, for example by numpy.nan_to_num"
         )
     if largest == 0.0:
-        ranks = clip_ranks(ranks, X.shape)
+        ranks = clip_ranks(ranks if isinstance(ranks, tuple) else [1] * X.ndim, X.shape)
         factors = tuple(np.eye(size, rank) for size, rank in zip(X.shape, ranks, strict=True))
         return TuckerDecomposition(np.zeros(ranks), factors, fit=1.0, iterations=0)
     # Squares of such numbers leave the range of floats; a power of two costs no digit.
@@ -247,9 +256,11 @@ def decompose(X: Floats, ranks: Ranks, tol: float = 1e-4, max_iterations: int = 
     return _decompose(X / scale, ranks, tol, max_iterations, scale)
 
 
-def _decompose(X: Floats, ranks: Ranks, tol: float, max_iterations: int, scale: float = 1.0) -> TuckerDecomposition:
+def _decompose(
+    X: Floats, ranks: Ranks | float, tol: float, max_iterations: int, scale: float = 1.0
+) -> TuckerDecomposition:
     """Decompose a tensor whose squares are in the range of floats, and multiply the core by `scale`."""
-    ranks = clip_ranks(ranks, X.shape)
+    ranks = clip_ranks(ranks if isinstance(ranks, tuple) else ranks_by_energy(X, ranks), X.shape)
     # There is nothing to find in a mode of size 1.
     modes = [mode for mode, size in enumerate(X.shape) if size > 1] or [0]
     kept = np.ascontiguousarray(X).reshape([X.shape[mode] for mode in modes])

@@ -15,23 +15,54 @@ References
 import math
 from collections.abc import Sequence
 
-from tuckerl.checks import check_int, check_sequence
+import numpy as np
+
+from tuckerl.checks import check_int, check_real, check_sequence
+from tuckerl.types import AskedRanks
 
 Ranks = tuple[int, ...]
 
+AUTO = "auto"
+AUTO_SHARE = 0.95
+"""The share of the energy that "auto" stands for: the customary one of principal component analysis.
 
-def check_ranks(ranks: Sequence[int], order: int) -> Ranks:
-    """Return `ranks` as a tuple of one positive int a mode.
+The paper's ranks explain no less in its scenarios: with three agents, in the median window, 99.2, 99.3, 100 and 99.9 %
+in the modes of states, actions, episodes and agents (cart pole), 100, 96.4, 100 and 99.8 % (maze), and 100, 99.4, 100
+and 99.9 % (rescue).
+"""
+
+
+def check_ranks(ranks: object, expected: str, names: Sequence[str]) -> Ranks | float:
+    """Return ranks as a tuple of one positive int a mode; or the share of the energy that they are to explain.
+
+    Parameters
+    ----------
+    ranks
+    expected : str
+        What messages say that ranks must be.
+    names : sequence of N str
+        What messages call the rank of each mode.
 
     Raises
     ------
     ParameterTypeError
-        If it is not a sequence of whole numbers.
+        If it is neither a sequence of whole numbers nor such a share.
     ParameterError
-        If there is not one for each of the `order` modes, or one is not positive.
+        If there is not one for each of the modes, one is not positive, or a share is not in (0, 1].
     """
-    asked = check_sequence("ranks", ranks, f"{order} whole numbers, one for each mode of the tensor", order)
-    return tuple(check_int(f"ranks[{mode}]", rank, low=1) for mode, rank in enumerate(asked))
+    if isinstance(ranks, str) and ranks == AUTO:
+        return AUTO_SHARE
+    if isinstance(ranks, (float, np.floating)):
+        return check_real("ranks, as a share of the energy,", ranks, 0.0, 1.0, low_open=True)
+    asked = check_sequence("ranks", ranks, f"{expected}, or 'auto' or a share of the energy such as 0.95", len(names))
+    return tuple(check_int(name, rank, low=1) for name, rank in zip(names, asked, strict=True))
+
+
+def numbers_or_share(ranks: AskedRanks) -> Ranks | float:
+    """Return checked ranks as decompositions take them: "auto" as the share that it stands for."""
+    if isinstance(ranks, str):
+        return AUTO_SHARE
+    return ranks if isinstance(ranks, float) else tuple(ranks)
 
 
 def clip_ranks(asked: Sequence[int], limits: Sequence[int]) -> Ranks:

@@ -17,7 +17,7 @@ from tuckerl.reports.text import counted, joined, number, ranks_of, share_of, sp
 from tuckerl.studies.algorithms import default_ranks
 from tuckerl.studies.training import load_learner
 from tuckerl.training.learner import Learner
-from tuckerl.types import FloatArray
+from tuckerl.types import AskedRanks, FloatArray
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK\x03\x04"
 
@@ -25,7 +25,7 @@ _NPY, _ZIP = b"\x93NUMPY", b"PK\x03\x04"
 def inspect_file(
     path: Path,
     layout: tuple[int, int] | None = None,
-    ranks: tuple[int, int, int, int] | None = None,
+    ranks: AskedRanks | None = None,
     environment: str | None = None,
     keywords: Mapping[str, Any] = {},
 ) -> tuple[Inspection, list[str]]:
@@ -36,7 +36,7 @@ def inspect_file(
     path : Path
     layout : (rows, columns), optional
         Where the states are the cells of a grid, row by row.
-    ranks : four ints, optional
+    ranks : four ints, float or "auto", optional
         With which a tensor is decomposed.
     environment, keywords : str and mapping, optional
         The id of what a learner learned on, and with what it is made.

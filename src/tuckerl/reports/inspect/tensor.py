@@ -12,12 +12,12 @@ from tuckerl.generalization.step_history import empty_history
 from tuckerl.problems.parts import Layout, check_action_names, check_layout
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.tensor import tucker
-from tuckerl.types import BoolArray, FloatArray, Ranks
+from tuckerl.types import AskedRanks, BoolArray, FloatArray
 
 
 def inspect_tensor(
     X: ArrayLike,
-    ranks: Ranks,
+    ranks: AskedRanks,
     layout: Layout | None = None,
     *,
     title: str | None = None,
@@ -32,7 +32,7 @@ def inspect_tensor(
     ----------
     X : (S, A, E, N) array_like
         Tables of S states, A actions, E episodes and N agents.
-    ranks : four ints
+    ranks : four ints, float or "auto"
         As for :func:`tuckerl.tucker`.
     layout : (rows, columns), optional
         Where the states are the cells of a grid, row by row.
@@ -92,7 +92,7 @@ def inspect_tensor(
     )
 
 
-def _loadings(tensor: FloatArray, ranks: Ranks) -> Loadings | None:
+def _loadings(tensor: FloatArray, ranks: AskedRanks) -> Loadings | None:
     """Return the decomposition of the rows that are not zero throughout; None if there is none."""
     # The whole tensor first where it is empty or not of numbers, for tucker to say what is wrong with it.
     used = np.flatnonzero(tensor.any(axis=(1, 2, 3))) if tensor.size and tensor.dtype.kind in "iuf" else slice(None)
