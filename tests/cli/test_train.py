@@ -367,7 +367,7 @@ def _saved(name: str) -> Path:
         ("show good.npy --ranks 1.5", "ranks, as a share of the energy, must be a number in (0, 1]; got 1.5"),
         (
             "show good.npy --ranks abc",
-            "--ranks must be 4 whole numbers with commas between them; got 'abc'; auto and a",
+            "or 'auto' or a share of the energy such as 0.95; got 'abc' of type str",
         ),
         ("show good.npy --layout 2,3", "layout must be (rows, columns) of 4 cells; got (2, 3)"),
         ("show two.npz", "two.npz must hold one array, the tensor of Q-tables; it holds a, b"),

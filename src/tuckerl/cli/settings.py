@@ -10,7 +10,6 @@ from tuckerl.checks import shown
 from tuckerl.errors import ParameterError
 from tuckerl.studies.named_values import named_value
 from tuckerl.studies.search_space import Choices, Range, Searched
-from tuckerl.tensor.ranks import AUTO
 
 _COMMAS = re.compile(r",(?![^()\[\]]*[)\]])")  # outside of brackets
 _CONSTANTS = {"true": True, "false": False, "none": None, "null": None}
@@ -37,7 +36,7 @@ def parse_settings(texts: Sequence[str], option: str = "--set") -> dict[str, Any
             raise ParameterError(
                 f"{option} must be given {name} once; got {name}={shown(settings[name])} and {shown(text)}"
             )
-        settings[name] = _value(value)
+        settings[name] = parse_value(value)
     return settings
 
 
@@ -81,7 +80,7 @@ def parse_searches(texts: Sequence[str]) -> dict[str, Searched]:
 
 def _range(name: str, text: str) -> Range:
     low, high, *scale = (part.strip() for part in text.split(":"))
-    ends = _value(low), _value(high)
+    ends = parse_value(low), parse_value(high)
     if scale not in ([], ["log"]) or any(isinstance(end, bool) or not isinstance(end, (int, float)) for end in ends):
         raise ParameterError(
             f"--search of a range must be {name}=LOW:HIGH or {name}=LOW:HIGH:log with two numbers; got {shown(text)}"
@@ -93,7 +92,7 @@ def _choices(name: str, text: str) -> Choices:
     parts = [part.strip() for part in _COMMAS.split(text)]
     if not all(parts) or len(set(parts)) < len(parts):
         raise ParameterError(f"--search must be given values with commas between them, each once; got {shown(text)}")
-    return Choices(tuple(_parameter(name, _value(part)) for part in parts))
+    return Choices(tuple(_parameter(name, parse_value(part)) for part in parts))
 
 
 def parse_numbers(text: str, option: str, count: int | None = None) -> Any:
@@ -118,24 +117,8 @@ def _parameter(name: str, value: Any) -> Any:
     return "none" if value is None and name.rpartition(".")[2] in _NAMED_NONE else named_value(name, value)
 
 
-def parse_ranks(text: str, option: str) -> Any:
-    """Return the four ranks of a text such as ``15,3,9,1``, the share of one such as ``0.95``, or ``"auto"``.
-
-    Raises
-    ------
-    ParameterError
-        If it is something else.
-    """
-    ranks = _value(text)
-    if ranks == AUTO or isinstance(ranks, float):
-        return ranks
-    try:
-        return parse_numbers(text, option, 4)
-    except ParameterError as error:
-        raise ParameterError(f"{error}; auto and a share of the energy such as 0.95 are taken, too") from error
-
-
-def _value(text: str) -> Any:
+def parse_value(text: str) -> Any:
+    """Return the value that a text says, as `parse_settings` reads it."""
     if text.lower() in _CONSTANTS:
         return _CONSTANTS[text.lower()]
     try:

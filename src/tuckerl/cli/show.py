@@ -25,13 +25,13 @@ def show(
 ) -> None:
     """Inspect a file: write inspect.html and figures of the policy, the values, the loadings and the windows."""
     # Imported here, so that --help is quick.
-    from tuckerl.cli.settings import parse_numbers, parse_ranks, parse_settings
+    from tuckerl.cli.settings import parse_numbers, parse_settings, parse_value
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.reports.inspect.file import inspect_file
     from tuckerl.reports.inspect.page import write_inspection
 
     shape = None if layout is None else parse_numbers(layout, "--layout", 2)
-    asked = None if ranks is None else parse_ranks(ranks, "--ranks")
+    asked = None if ranks is None else parse_value(ranks)
     with short_warnings():
         inspection, lines = inspect_file(file, shape, asked, env, parse_settings(env_settings or (), "--env-set"))
     name = file.resolve().parent.name if file.name == "agent.tuckerl" else file.stem
