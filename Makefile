@@ -21,7 +21,7 @@ reproduce: setup ## run the paper's experiments and write results/paper
 	$(BIN)/tuckerl reproduce --overwrite
 
 test: setup ## run all tests but the long ones
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist loadgroup
 
 test-long: setup ## run the tests that take minutes: fuzzers in their large form
 	$(BIN)/python -m pytest -n auto -m long
@@ -56,7 +56,7 @@ LOCK = $(BIN)/uv pip compile pyproject.toml --universal --python-version 3.11 --
 lock: setup ## resolve the dependencies anew into the two lock files
 	$(BIN)/python -m pip install --quiet uv
 	$(LOCK) --group dev --output-file requirements.lock
-	$(LOCK) --group dev --group docs --output-file requirements-docs.lock
+	$(LOCK) --group dev --group docs --constraint requirements.lock --output-file requirements-docs.lock
 
 clean: ## remove everything that was made here
 	rm -rf .venv results docs/_build .mypy_cache .pytest_cache .ruff_cache .hypothesis benchmarks/build
