@@ -71,12 +71,12 @@ def test_a_folder_that_cannot_be_made_is_said(better: ComparisonResult, tmp_path
         write_comparison(better, tmp_path / "file")
 
 
-def test_the_page_loads_nothing_and_has_no_script(source: str) -> None:
+def test_the_page_loads_nothing(source: str) -> None:
     page = Page(source)
     for tag, attributes in page.tags:
         for name in LOADING & attributes.keys():
             assert (attributes[name] or "").startswith(("#", "data:")), (tag, name)
-    assert page.all("script") == page.all("link") == page.all("img") == []
+    assert page.all("link") == page.all("img") == []
     (policy,) = [m["content"] for m in page.all("meta") if m.get("http-equiv") == "Content-Security-Policy"]
     assert (policy or "").startswith("default-src 'none';")
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
@@ -96,10 +96,10 @@ def test_the_page_shows_both_differences_and_every_variant(source: str, better: 
 def test_the_page_escapes_what_users_name(better: ComparisonResult, tmp_path: Path) -> None:
     scenario = better.study.scenario
     assert "<" not in scenario.name
-    study = replace(better.study.study, scenarios=(replace(scenario, title="<script>", name="<b>"),))
+    study = replace(better.study.study, scenarios=(replace(scenario, title="<s>alert()", name="<b>"),))
     named = better._replace(study=better.study._replace(study=study))
     page = write_comparison(named, tmp_path).read_text(encoding="utf-8")
-    assert "<script>" not in page
+    assert "<s>" not in page
     assert "<b>" not in page
 
 

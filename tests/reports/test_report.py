@@ -1,3 +1,5 @@
+import base64
+import hashlib
 import json
 import re
 import sys
@@ -6,7 +8,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 from subprocess import run
 
-import plotly.graph_objects as go
 import polars as pl
 import pytest
 
@@ -24,9 +25,8 @@ from tests.reports.examples import (
 )
 from tuckerl.errors import OutputError
 from tuckerl.reports.ablation import what_works
-from tuckerl.reports.curves import CURVES
 from tuckerl.reports.figure import RenderedFigure
-from tuckerl.reports.markup import inlined
+from tuckerl.reports.page import embedded, inlined
 from tuckerl.reports.report import MARKS, write_report
 from tuckerl.reports.text import amount, amount_interval
 from tuckerl.studies.assumptions import INVENTED, Assumption
@@ -43,8 +43,7 @@ class Page(HTMLParser):
         super().__init__()
         self.tags: list[tuple[str, dict[str, str | None]]] = []
         self.texts: list[str] = []
-        # What plotly.js holds is no markup, and a parser written in Python takes seconds for it.
-        self.feed(re.sub("<script>.*?</script>", "<script></script>", source, flags=re.DOTALL))
+        self.feed(source)
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.append((tag, dict(attrs)))
@@ -104,10 +103,28 @@ def test_styles_load_nothing(source: str) -> None:
         assert "url(" not in style
 
 
-def test_plotly_is_inlined_once_and_nothing_else_is_a_script(page: Page, source: str) -> None:
-    assert page.all("script") == [{}, {}]
-    assert source.count("plotly.js v") == 1
-    assert 'Plotly.newPlot("plot-fig11"' in source
+def test_only_the_pages_own_scripts_run(folder: Path, source: str) -> None:
+    policy = re.findall(r"script-src ([^;]*);", source)[0].split()
+    scripts = re.findall(r"<script>(.*?)</script>", source, re.DOTALL)
+    digests = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts]
+    assert policy == [f"'sha256-{digest}'" for digest in digests]
+    assert digests
+
+
+def test_data_in_a_page_are_no_markup() -> None:
+    evil = {"name": "</script><script>alert('&')</script>", "numbers": [1, None]}
+    element = embedded(evil, 'a"b')
+    assert element.startswith('<script type="application/json" id="a&#34;b">')
+    inside = element[element.index(">") + 1 : element.rindex("<")]
+    assert not set("<>&") & set(inside)
+    assert json.loads(inside) == evil
+
+
+def test_every_heading_is_in_the_contents(source: str) -> None:
+    contents = source[source.index('<nav class="contents"') : source.index("</nav>")]
+    listed = re.findall(r'href="#([^"]+)"', contents)
+    assert listed == re.findall(r'<h2 id="([^"]+)"', source)
+    assert len(listed) > 4
 
 
 def test_ids_are_unique_and_references_lead_somewhere(page: Page) -> None:
@@ -158,8 +175,7 @@ def test_names_are_escaped(tmp_path: Path) -> None:
     bad = claim()._replace(claim=evil, detail=evil, verdict=evil)
     path = write_report(study_of(scenario), [bad], [summary_of(scenario)], tmp_path)
     page = Page(path.read_text(encoding="utf-8"))
-    assert [attributes for attributes in page.all("script") if attributes] == []
-    assert len(page.all("script")) == 2
+    assert all(script.get("type") == "application/json" for script in page.all("script") if script)
     assert page.texts.count(evil) >= 5
 
 
@@ -171,27 +187,11 @@ def test_inlined_figures_keep_no_comment_and_escape_their_description() -> None:
     )
 
 
-def test_the_interactive_figure_has_the_numbers_of_the_curves() -> None:
-    assert CURVES.interactive is not None
-    summary = summary_of()
-    spec = CURVES.interactive(summary)
-    figure = go.Figure(spec)  # refuses what plotly.js does not know
-    named = [trace for trace in figure.data if trace.showlegend]
-    assert [trace.name for trace in named] == [curve.variant for curve in summary.curves]
-    for trace, curve in zip(named, summary.curves, strict=True):
-        assert list(trace.y) == curve.band.mean.tolist()
-    lower = [trace for trace in figure.data if trace.yaxis == "y2" and trace.name]
-    for trace, curve in zip(lower[1:], summary.curves[1:], strict=True):
-        assert list(trace.y) == (-curve.against_base.mean).tolist()
-
-
 def test_a_study_that_lost_every_run_has_a_report(tmp_path: Path) -> None:
     lost = claim("not decided", (float("nan"),) * 3, (float("nan"),) * 3, n_diverged=3)
     source = write_report(study_of(), [lost], [nothing_of()], tmp_path).read_text(encoding="utf-8")
     assert "NaN" not in source.split("<script>")[0]
     assert "no finished episode" in source
-    spec = source[source.rindex("})(") : source.rindex("</script>")]
-    assert "NaN" not in spec
 
 
 def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
@@ -260,7 +260,6 @@ def test_every_figure_and_table_of_three_scenarios_is_on_the_page(whole: tuple[P
         *("fig13", "omega-robot-rescue", "ablation-robot-rescue"),
         "sensitivity",
     ]
-    assert [name for name in ids if (name or "").startswith("plot-")] == ["plot-fig9", "plot-fig11", "plot-fig13"]
     assert len(page.all("caption")) == len(page.all("table")) == 3 + 2 * len(SCENARIOS) + 1
     assert all("scope" in attributes for attributes in page.all("th"))
     assert "nan" not in " ".join(page.texts).lower().split()
@@ -315,6 +314,6 @@ def test_best_episodes_are_the_longest_where_longer_is_better() -> None:
 
 
 def test_importing_the_package_imports_no_drawing_library() -> None:
-    code = "import sys, tuckerl.reports; print([m for m in ('matplotlib', 'plotly', 'jinja2') if m in sys.modules])"
+    code = "import sys, tuckerl.reports; print([m for m in ('matplotlib', 'jinja2') if m in sys.modules])"
     done = run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -96,7 +96,6 @@ def test_every_folder_is_a_layer() -> None:
     [
         ("numba", {"_jit", "_kernel_cache", "_kernel_compiler"}),
         ("matplotlib", {"reports"}),
-        ("plotly", {"reports"}),
         ("typer", {"cli"}),
         ("optuna", {"studies"}),
     ],
@@ -143,7 +142,7 @@ def loaded_by(code: str) -> set[str]:
     return set(done.stdout.splitlines()[-1].split())
 
 
-HEAVY = {"numba", "llvmlite", "matplotlib", "optuna", "plotly", "polars", "scipy"}
+HEAVY = {"numba", "llvmlite", "matplotlib", "optuna", "polars", "scipy"}
 
 
 def test_the_import_is_light() -> None:

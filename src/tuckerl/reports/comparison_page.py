@@ -7,7 +7,7 @@ from pathlib import Path
 from tuckerl.reports.comparison_text import outcome_of, regrets_of
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
-from tuckerl.reports.markup import rendered, versions, write_page
+from tuckerl.reports.page import write_page
 from tuckerl.reports.report import described
 from tuckerl.reports.text import ranks_of, share_of
 from tuckerl.studies.comparison import N_EPISODES, N_RUNS, ComparisonConfig
@@ -15,7 +15,6 @@ from tuckerl.studies.comparison_result import VERDICTS, ComparisonResult
 from tuckerl.studies.study import Variant
 from tuckerl.studies.variants import algorithm_of
 
-_LIBRARIES = ("numpy", "scipy", "numba", "gymnasium", "pettingzoo", "polars", "matplotlib")
 _CONSTANTS = ("true", "false", "none", "null")  # words that are read as something else
 
 
@@ -34,8 +33,11 @@ def write_comparison(result: ComparisonResult, folder: Path) -> Path:
         If the folder cannot be made or written.
     """
     study, figures = result.study, draw_figures(FIGURES, result)
-    page = rendered(
+    return write_page(
+        folder,
         "comparison.html",
+        figures,
+        numbers=("compare.json", result.to_dict()),
         title=study.scenario.title,
         outcome=outcome(result),
         result=result,
@@ -45,12 +47,10 @@ def write_comparison(result: ComparisonResult, folder: Path) -> Path:
         verdicts=VERDICTS,
         figures=figures,
         command=command(study.config),
-        versions=versions(*_LIBRARIES),
         described=described,
         algorithm_of=algorithm_of,
         settings=settings,
     )
-    return write_page(folder, "report.html", page, figures, ("compare.json", result.to_dict()))
 
 
 def command(config: ComparisonConfig) -> str:

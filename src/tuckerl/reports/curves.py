@@ -1,13 +1,12 @@
 """The curves of a scenario's variants, cumulated as in Figures 9, 11 and 13, and those of a comparison by episode."""
 
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from tuckerl.reports.figure import FigureSpec
-from tuckerl.reports.interactive import plotly_panels
 from tuckerl.reports.panels import Panels, draw_panels, left_out
 from tuckerl.reports.text import counted, measured, whole
 from tuckerl.studies.comparison_result import ComparisonResult
@@ -51,10 +50,6 @@ def _draw(summary: Summary) -> Figure:
     return draw_panels(panels_of(summary))
 
 
-def _interactive(summary: Summary) -> dict[str, Any]:
-    return plotly_panels(panels_of(summary))
-
-
 def _caption(summary: Summary) -> str:
     runs, base = counted(summary.scenario.n_runs, "run"), summary.curves[0].variant
     return (
@@ -72,7 +67,7 @@ def _alt(summary: Summary) -> str:
     return f"Two panels of curves by episode. {column.capitalize()} cumulated at the end: {ends}."
 
 
-CURVES = FigureSpec(Summary, _text, _draw, _caption, _alt, interactive=_interactive)
+CURVES = FigureSpec(Summary, _text, _draw, _caption, _alt)
 
 
 class _ByEpisode(NamedTuple):

@@ -1,7 +1,8 @@
 """What a figure is, and how one becomes a file: the same bytes every time, whatever the user's own settings."""
 
+import csv
 import io
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -37,6 +38,17 @@ _STYLE: dict[str, Any] = {
 }
 
 
+Columns = Mapping[str, Sequence[object]]
+"""Numbers and words, by the names of their columns."""
+
+
+class Live(NamedTuple):
+    """What a page's script needs to draw a figure anew, to be explored: in the place of the still one."""
+
+    kind: str  # the script that draws it: ``scripts/KIND.js``
+    content: dict[str, Any]  # as JSON
+
+
 class RenderedFigure(NamedTuple):
     """A drawn figure: the content of its two files, and all that a page says of it."""
 
@@ -46,7 +58,8 @@ class RenderedFigure(NamedTuple):
     alt: str  # what it shows, for those who cannot see it
     svg: bytes
     png: bytes
-    plotly: dict[str, Any] | None = None  # the same for plotly.js
+    csv: str = ""  # the numbers in it; "" where a table beside it has them
+    live: Live | None = None
 
 
 @dataclass(frozen=True)
@@ -63,7 +76,8 @@ class FigureSpec(Generic[Subject]):
     caption: Callable[[Subject], str]
     alt: Callable[[Subject], str]
     applies: Callable[[Subject], bool] = lambda _: True  # whether there is anything to draw
-    interactive: Callable[[Subject], dict[str, Any]] | None = None
+    columns: Callable[[Subject], Columns] | None = None  # the numbers in it, where no table beside it has them
+    live: Callable[[Subject], Live] | None = None
 
     def text_of(self, subject: Subject) -> FigureText:
         """Return the figure's name and title."""
@@ -77,10 +91,25 @@ class FigureSpec(Generic[Subject]):
             svg, png = io.BytesIO(), io.BytesIO()
             figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
             figure.savefig(png, format="png", dpi=PNG_DPI, metadata={"Software": None})
-        plotly = self.interactive(subject) if self.interactive else None
         return RenderedFigure(
-            text.name, text.title, self.caption(subject), self.alt(subject), svg.getvalue(), png.getvalue(), plotly
+            text.name,
+            text.title,
+            self.caption(subject),
+            self.alt(subject),
+            svg.getvalue(),
+            png.getvalue(),
+            csv_of(self.columns(subject)) if self.columns else "",
+            self.live(subject) if self.live else None,
         )
+
+
+def csv_of(columns: Columns) -> str:
+    """Return columns of one length as CSV."""
+    lines = io.StringIO()
+    writer = csv.writer(lines, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    return lines.getvalue()
 
 
 def panel(figure: Figure, left: float, below: float, width: float, height: float) -> Axes:

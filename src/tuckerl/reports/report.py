@@ -5,12 +5,10 @@ from collections.abc import Mapping, Sequence
 from itertools import chain, product
 from pathlib import Path
 
-from markupsafe import Markup
-
 from tuckerl.reports.ablation import what_works, without_the_step
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
-from tuckerl.reports.markup import rendered, versions, write_page
+from tuckerl.reports.page import write_page
 from tuckerl.reports.text import all_pairs, counted, ranks_of
 from tuckerl.reports.verdicts import with_constant_weights
 from tuckerl.studies.ablation import Ablation
@@ -22,7 +20,6 @@ from tuckerl.studies.statistics import Difference
 from tuckerl.studies.study import Comparison, Scenario, Study, Variant
 from tuckerl.studies.summary import Summary
 
-_LIBRARIES = ("numpy", "scipy", "numba", "polars", "matplotlib", "plotly")
 _NO_CELLS = Sensitivity()
 
 
@@ -58,9 +55,12 @@ def write_report(
     figures = {summary.scenario.name: draw_figures(FIGURES, summary) for summary in summaries}
     of_ablations = [(ablation, draw_figures(FIGURES, ablation)) for ablation in ablations]
     of_cells = draw_figures(FIGURES, sensitivity)
-    drawn = [*figures.values(), *(own for _, own in of_ablations), of_cells]
-    page = rendered(
+    drawn = chain(*figures.values(), *(own for _, own in of_ablations), of_cells)
+    return write_page(
+        folder,
         "report.html",
+        list(drawn),
+        numbers=("claims.json", [claim.to_dict() for claim in claims]),
         claims=[(claim, reading(study, claim)) for claim in claims],
         outcome=outcome(claims),
         is_it_the_tensor=IS_IT_THE_TENSOR,
@@ -73,15 +73,11 @@ def write_report(
         sensitivity_figures=of_cells,
         seed=study.seed,
         commands=commands(study, with_cells=bool(sensitivity.cells)),
-        versions=versions(*_LIBRARIES),
-        plotly_js=_plotly_js() if any(figure.plotly for own in drawn for figure in own) else "",
         described=described,
         settings=_settings,
         what_works=what_works,
         without_the_step=without_the_step,
     )
-    numbers = [claim.to_dict() for claim in claims]
-    return write_page(folder, "report.html", page, chain.from_iterable(drawn), ("claims.json", numbers))
 
 
 def commands(study: Study, *, with_cells: bool = False) -> list[str]:
@@ -121,13 +117,6 @@ def _settings(scenario: Scenario) -> str:
     if step is not None:
         parameters.append(f"tensor step every {step.every} episodes with {ranks_of(step.ranks)}")
     return ", ".join(parameters)
-
-
-def _plotly_js() -> Markup:
-    # Imported here: only a page with interactive figures pays for it.
-    from plotly.offline import get_plotlyjs
-
-    return Markup(get_plotlyjs())  # noqa: S704  # a script of the installed package; it holds no </script
 
 
 MARKS = {

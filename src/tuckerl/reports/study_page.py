@@ -8,7 +8,7 @@ from tuckerl.reports.comparison_page import settings
 from tuckerl.reports.comparison_text import outcome_in_study
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
-from tuckerl.reports.markup import rendered, versions, write_page
+from tuckerl.reports.page import write_page
 from tuckerl.reports.report import described
 from tuckerl.reports.text import counted, joined
 from tuckerl.studies.comparison_result import VERDICTS
@@ -17,8 +17,6 @@ from tuckerl.studies.study_file import StudyFile
 from tuckerl.studies.study_folder import FILE, StudyStatus
 from tuckerl.studies.study_result import ProblemResult
 from tuckerl.studies.variants import algorithm_of
-
-_LIBRARIES = ("numpy", "scipy", "numba", "gymnasium", "pettingzoo", "polars", "matplotlib")
 
 MOST_SENTENCES = 12
 """Comparisons of a problem that are put in words, too: of more, a table tells quicker."""
@@ -44,8 +42,11 @@ def write_study(file: StudyFile, study: Study, results: list[ProblemResult], sta
         If the folder cannot be made or written.
     """
     figures = [draw_figures(FIGURES, result) for result in results]
-    page = rendered(
+    return write_page(
+        folder,
         "study.html",
+        [figure for own in figures for figure in own],
+        numbers=("comparisons.json", [result.to_dict() for result in results]),
         title=file.title,
         outcome=outcome(results, status),
         problems=list(zip(results, figures, strict=True)),
@@ -55,7 +56,6 @@ def write_study(file: StudyFile, study: Study, results: list[ProblemResult], sta
         file=FILE,
         verdicts=VERDICTS,
         commands=[shlex.join(["tuckerl", "study", "run", FILE])],
-        versions=versions(*_LIBRARIES),
         algorithm_of=algorithm_of,
         described=described,
         outcome_in_study=outcome_in_study,
@@ -63,9 +63,6 @@ def write_study(file: StudyFile, study: Study, results: list[ProblemResult], sta
         settings=settings,
         zip=zip,
     )
-    numbers = [result.to_dict() for result in results]
-    drawn = [figure for own in figures for figure in own]
-    return write_page(folder, "report.html", page, drawn, ("comparisons.json", numbers))
 
 
 def outcome(results: list[ProblemResult], status: StudyStatus) -> str:

@@ -24,7 +24,6 @@ _SPARE = (PURPLE, ORANGE, SKY, GREEN)
 _MARKERS = {1: "o", 2: "^", 3: "s"}
 _DASHES = {"paper": "solid", "constant": "dashed", "permuted": "dotted"}
 _OTHER_DASH = "dashdot"
-PLOTLY_DASHES = {"solid": "solid", "dashed": "dash", "dotted": "dot", "dashdot": "dashdot"}
 
 TEXT = "0.1"  # not the line's colour, which can be too pale for letters
 LABEL_SIZE = 8.0

@@ -8,15 +8,13 @@ from tuckerl.reports.comparison_page import literal, settings
 from tuckerl.reports.comparison_text import outcome_of
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
-from tuckerl.reports.markup import rendered, versions, write_page
+from tuckerl.reports.page import write_page
 from tuckerl.reports.report import described
 from tuckerl.studies.comparison_result import VERDICTS
 from tuckerl.studies.search_space import Range
 from tuckerl.studies.tuning import Search, Trial, TuningConfig
 from tuckerl.studies.tuning_folder import TuningResult, in_words_of_search
 from tuckerl.studies.variants import algorithm_of
-
-_LIBRARIES = ("numpy", "scipy", "numba", "optuna", "gymnasium", "pettingzoo", "polars", "matplotlib")
 
 
 def write_tuning(result: TuningResult, folder: Path) -> Path:
@@ -34,8 +32,11 @@ def write_tuning(result: TuningResult, folder: Path) -> Path:
         If the folder cannot be made or written.
     """
     figures = draw_figures(FIGURES, result.test)
-    page = rendered(
+    return write_page(
+        folder,
         "tuning.html",
+        figures,
+        numbers=("tune.json", result.to_dict()),
         title=f"{result.tuned.searches[0].space.algorithm.title} tuned on {result.config.environment}",
         outcome=outcome(result),
         result=result,
@@ -46,7 +47,6 @@ def write_tuning(result: TuningResult, folder: Path) -> Path:
         verdicts=VERDICTS,
         figures=figures,
         command=command(result.config),
-        versions=versions(*_LIBRARIES),
         ranked=ranked,
         told=in_words_of_search,
         described=described,
@@ -54,7 +54,6 @@ def write_tuning(result: TuningResult, folder: Path) -> Path:
         settings=settings,
         isnan=math.isnan,
     )
-    return write_page(folder, "report.html", page, figures, ("tune.json", result.to_dict()))
 
 
 def outcome(result: TuningResult) -> str:

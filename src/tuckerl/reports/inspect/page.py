@@ -7,7 +7,7 @@ from tuckerl.reports.figure import RenderedFigure, draw_figures
 from tuckerl.reports.inspect.agents import tables_differ
 from tuckerl.reports.inspect.content import Inspection, check_inspection
 from tuckerl.reports.inspect.figures import FIGURES
-from tuckerl.reports.markup import rendered, write_page
+from tuckerl.reports.page import write_page
 from tuckerl.reports.text import counted
 
 
@@ -47,15 +47,17 @@ def write_inspection(inspection: Inspection, folder: Path) -> Path:
         "episode": len(inspection.steps),
         "window": inspection.n_windows,
     }
-    page = rendered(
+    return write_page(
+        folder,
         "inspect.html",
+        figures,
+        name="inspect.html",
         title=inspection.title,
         facts=[counted(size, noun) for noun, size in sizes.items() if size],
         figures=figures,
         missing=_missing(inspection),
         version=__version__,
     )
-    return write_page(folder, "inspect.html", page, figures)
 
 
 def _missing(inspection: Inspection) -> list[str]:
