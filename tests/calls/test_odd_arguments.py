@@ -237,7 +237,7 @@ SHOWING: dict[str, tuple[Callable[[Any], Any], list[Any]]] = {
     "bounds": (lambda v: DeclaredArray("a", "none", bounds=v), [LONG]),
     "settings": (lambda v: parse_settings([v]), [LONG]),
     "numbers": (lambda v: parse_numbers(v, "--ranks"), [LONG]),
-    "variant": (lambda v: variant(cart_pole.ALGORITHM, v), [LONG]),
+    "variant": (lambda v: variant(cart_pole.CART_POLE.algorithm, v), [LONG]),
     "member of a file": (lambda v: checked_json({v: 1}, _Named, "it"), [LONG]),
 }
 

@@ -8,6 +8,7 @@ import pytest
 from tests.cli.test_train import status_of
 from tests.studies.study_texts import LAKE, changed
 from tuckerl.reports.study import Study, StudyReport
+from tuckerl.studies.planned import file_of
 
 
 @pytest.fixture(autouse=True)
@@ -41,6 +42,13 @@ def test_a_study_from_its_file_to_its_table(capsys: pytest.CaptureFixture[str]) 
     assert status_of("study", "export", str(folder), "--format", "parquet") == 0
     assert capsys.readouterr().out == f"Table: {folder / 'export.parquet'}\n"
     assert pl.read_parquet(folder / "export.parquet").height == 4 * 3 * 20
+
+
+def test_the_papers_files_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert status_of("study", "paper", "dyna-maze") == 0
+    assert capsys.readouterr().out == file_of("dyna-maze")
+    assert status_of("study", "paper", "dyna-mace") == 2
+    assert capsys.readouterr().err == "tuckerl: unknown scenario 'dyna-mace': did you mean 'dyna-maze'?\n"
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from tuckerl.reports.figure import FigureSpec, draw_figures, own_style
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.paths import PATHS, draw_paths
 from tuckerl.reports.styles import EndLabel, count_episodes, label_ends, line_styles
-from tuckerl.studies.dyna_maze import ALGORITHM
+from tuckerl.studies.dyna_maze import DYNA_MAZE
 from tuckerl.studies.figure_text import WeightText
 from tuckerl.studies.statistics import Band
 from tuckerl.studies.study import Scenario, variant
@@ -258,7 +258,7 @@ def test_a_scenario_that_says_nothing_of_its_figures_has_them_all_the_same() -> 
 def test_every_variant_looks_different() -> None:
     names = ["dyna-h", "dyna-ht-1", "dyna-ht-3", "dyna-ht-3-min", "constant-1", "constant-3-max", "constant-3-min"]
     names += ["permuted-1", "relative-1", "dyna-ht-2", "dyna-ht-4"]
-    chosen = line_styles(replace(SCENARIO, variants=tuple(variant(ALGORITHM, name) for name in names)))
+    chosen = line_styles(replace(SCENARIO, variants=tuple(variant(DYNA_MAZE.algorithm, name) for name in names)))
     assert list(chosen) == names
     assert len(set(chosen.values())) == len(names)
 

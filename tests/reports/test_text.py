@@ -6,7 +6,7 @@ from tests.reports.examples import claim, study_of, weights_claim
 from tuckerl.reports import text as wording
 from tuckerl.reports.report import commands, described, outcome, reading
 from tuckerl.studies.cart_pole import CART_POLE
-from tuckerl.studies.dyna_maze import ALGORITHM
+from tuckerl.studies.dyna_maze import DYNA_MAZE
 from tuckerl.studies.scenarios import scenario_study
 from tuckerl.studies.statistics import NO_DIFFERENCE, Difference
 from tuckerl.studies.study import Study, variant
@@ -126,7 +126,7 @@ def test_numbers_are_written_for_people(text: str, expected: str) -> None:
     ],
 )
 def test_variants_are_described(name: str, expected: str) -> None:
-    assert described(variant(ALGORITHM, name)) == expected
+    assert described(variant(DYNA_MAZE.algorithm, name)) == expected
 
 
 def test_the_outcome_counts_verdicts_and_wins_over_the_control() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tuckerl.errors import ParameterError, ParameterTypeError, UnknownNameError
-from tuckerl.studies.dyna_maze import ALGORITHM, DYNA_MAZE
+from tuckerl.studies.dyna_maze import DYNA_MAZE
 from tuckerl.studies.scenarios import scenario_study
 from tuckerl.studies.study import variant
 
@@ -22,21 +22,21 @@ from tuckerl.studies.study import variant
     ],
 )
 def test_variant_names(name: str, n_agents: int, weights: str, share: str) -> None:
-    made = variant(ALGORITHM, name)
+    made = variant(DYNA_MAZE.algorithm, name)
     assert made.tensor_step is not None
     assert (made.n_agents, made.tensor_step.weights, made.tensor_step.share) == (n_agents, weights, share)
     assert made.tensor_step.ranks == (15, 3, 9, 1)
 
 
 def test_the_base_has_one_agent_and_no_step() -> None:
-    base = variant(ALGORITHM, "dyna-h")
+    base = variant(DYNA_MAZE.algorithm, "dyna-h")
     assert (base.n_agents, base.tensor_step) == (1, None)
 
 
 @pytest.mark.parametrize("name", ["", "dyna-hx", "dyna-ht", "dyna-ht-0", "dyna-ht-3-most", "heavy-1", "dyna-h-3"])
 def test_unknown_variants_are_refused(name: str) -> None:
     with pytest.raises(UnknownNameError, match="expected dyna-h, dyna-ht-<agents>"):
-        variant(ALGORITHM, name)
+        variant(DYNA_MAZE.algorithm, name)
 
 
 def test_the_papers_numbers() -> None:

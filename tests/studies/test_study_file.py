@@ -10,8 +10,8 @@ from tests.studies.study_texts import LAKE, changed
 from tuckerl.errors import ParameterError, UnknownNameError
 from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.studies.study import Study
-from tuckerl.studies.study_file import parse_study_file, read_study_file
-from tuckerl.studies.study_making import seed_number, study_of
+from tuckerl.studies.study_file import parse_study_file, read_study_file, seed_number
+from tuckerl.studies.study_making import study_of
 
 
 def made(text: str) -> Study:
@@ -223,6 +223,16 @@ WRONG: list[tuple[str, str, int, str]] = [
         'base = "base"\ncandidate = "t"\n[[compare]]\nbase = "base"\n',
         25,
         r"t\[alpha=0.1\] against base by return is compared twice",
+    ),
+    ("keywords = {", "instances = 3\nkeywords = {", 7, "3 instances would be the same: name the keyword that has"),
+    ("keywords = {", 'instance = "is_slippery"\nkeywords = {', 8, "is_slippery is set, and varied by the instances"),
+    ("keywords = {", 'instance = "sed"\nkeywords = {', 6, "cannot make FrozenLake-v1"),
+    ("keywords = {", "number = -1\nkeywords = {", 7, "number must be a whole number from 0 to"),
+    (
+        "keywords = {",
+        'number = 7\n[[problem]]\nnumber = 7\nname = "pond"\nenv = "FrozenLake-v1"\nkeywords = {',
+        9,
+        "pond has the number 7 in the seeds, as lake has",
     ),
     ('"FrozenLake-v1"\nkeywords = { is_slippery = false }', '"CartPole-v1"', 8, "in a study file, settings = { bins"),
 ]

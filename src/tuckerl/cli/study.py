@@ -85,6 +85,16 @@ def status(
 
 
 @study.command()
+def paper(
+    scenario: Annotated[str, typer.Argument(help="cart-pole, dyna-maze or robot-rescue.")],
+) -> None:
+    """Print the study file of one of the paper's experiments, to be run, or changed into a study of your own."""
+    from tuckerl.studies.planned import file_of
+
+    typer.echo(file_of(scenario), nl=False)
+
+
+@study.command()
 def report(folder: Folder) -> None:
     """Write the report of a study's finished runs anew, without playing any."""
     from tuckerl.reports.study import Study

@@ -127,7 +127,7 @@ class Study:
     @property
     def n_runs(self) -> int:
         """Number of runs in all, those of controls among them."""
-        return sum(scenario.n_runs * len(scenario.variants) for scenario in self._plan.scenarios)
+        return sum(one.n_runs_of_each * len(one.variants) for one in self._plan.scenarios)
 
     def run(
         self,

@@ -1,49 +1,16 @@
-"""The paper's DYNA maze experiment (section IV.B, Figures 10 and 11) as data."""
+"""The paper's DYNA maze experiment (section IV.B, Figures 10 and 11): what is read, claimed and drawn of its file."""
 
+from dataclasses import replace
 from functools import partial
 
-from tuckerl.generalization.tensor_step import TensorStep
-from tuckerl.learners.dyna_h import DynaH
-from tuckerl.problems.maze import Maze, random_maze
-from tuckerl.problems.mdp import TabularMDP
+from tuckerl.studies import paper_problems
 from tuckerl.studies.assumptions import inferred, invented, overruled
 from tuckerl.studies.figure_text import CurveText, PathText, WeightText
-from tuckerl.studies.paper import SHARED_ASSUMPTIONS, SHARES, TRUNCATED_HOSVD
-from tuckerl.studies.study import AlgorithmConfig, Alternative, Comparison, Scenario, variants
+from tuckerl.studies.paper import SHARED_ASSUMPTIONS, SHARES, TRUNCATED_HOSVD, several
+from tuckerl.studies.planned import planned
+from tuckerl.studies.study import Alternative
 
-ALGORITHM = AlgorithmConfig(
-    base="dyna-h",
-    t_version="dyna-ht",
-    learner=DynaH,
-    parameters={"alpha": 0.1, "gamma": 0.95, "epsilon": 0.1, "planning_steps": 10},
-    step=TensorStep(every=10, ranks=(15, 3, 9, 1), weights="paper", share="max"),
-    n_actions=4,
-)
-
-
-def problem(instance: int) -> Maze:
-    """Return the random maze of that number."""
-    return random_maze(seed=instance)
-
-
-def problem_with(instance: int, metric: str) -> TabularMDP:
-    """Return the same maze with another heuristic."""
-    maze = problem(instance)
-    mdp = maze.to_mdp()
-    return TabularMDP.from_arrays(mdp.arrays, mdp.n_states, maze.heuristic(metric))  # type: ignore[arg-type]  # a name
-
-
-def comparisons(several: int = 3) -> tuple[Comparison, ...]:
-    """Return the claims, `several` being the number of several agents."""
-    one, more = "dyna-ht-1", f"dyna-ht-{several}"
-    copying = (one, more, f"constant-{several}-max", "constant-1")
-    return (
-        Comparison("C3", "DYNA-HT finds a shorter path than DYNA-H", "path", "dyna-h", one, "constant-1"),
-        Comparison("C4", f"{several} DYNA-HT agents find a shorter path than one", "path", *copying),
-        Comparison("C5", "DYNA-HT with one agent costs less than DYNA-H", "cost", "dyna-h", one, "constant-1"),
-        Comparison("C6", f"{several} DYNA-HT agents cost less than one", "cost", *copying),
-    )
-
+_PLANNED = planned("dyna-maze", n_actions=4, problem=paper_problems.maze)
 
 ASSUMPTIONS = (
     inferred("The start is the cell (0, 3): its distance of 59 to the goal is the length of the three-agent path."),
@@ -62,34 +29,20 @@ ASSUMPTIONS = (
 )
 
 ALTERNATIVES = (
-    Alternative("Euclidean heuristic", problem=partial(problem_with, metric="euclidean")),
-    Alternative("L1 heuristic", problem=partial(problem_with, metric="l1")),
+    Alternative("Euclidean heuristic", problem=partial(paper_problems.maze_with, metric="euclidean")),
+    Alternative("L1 heuristic", problem=partial(paper_problems.maze_with, metric="l1")),
     Alternative("planning restarts", {"search_control": "restart"}),
     Alternative("planning anywhere", {"search_control": "random"}),
     Alternative("50 planning steps", {"planning_steps": 50}),
     Alternative("first tie", {"ties": "first"}),
     TRUNCATED_HOSVD,
-    Alternative("2 agents for several", comparisons=comparisons(2)),
-    Alternative("5 agents for several", comparisons=comparisons(5)),
+    Alternative("2 agents for several", comparisons=several(_PLANNED.comparisons, 2)),
+    Alternative("5 agents for several", comparisons=several(_PLANNED.comparisons, 5)),
 )
 
-DYNA_MAZE = Scenario(
-    name="dyna-maze",
-    title="DYNA maze",
+DYNA_MAZE = replace(
+    _PLANNED,
     description="DYNA-H finds its way out of random mazes; the paper's section IV.B, Figures 10 and 11",
-    number=1,
-    problem=problem,
-    n_instances=10,
-    n_runs=25,
-    n_episodes=100,
-    algorithm=ALGORITHM,
-    variants=variants(
-        ALGORITHM,
-        *("dyna-h", "dyna-ht-1", "dyna-ht-3"),
-        *("constant-1", "constant-3-max", "permuted-1", "permuted-3-max"),
-    ),
-    measure="cost",
-    comparisons=comparisons(),
     assumptions=(*SHARED_ASSUMPTIONS, *ASSUMPTIONS),
     record_paths_of=("dyna-h", "dyna-ht-1", "dyna-ht-3"),
     shares=SHARES,

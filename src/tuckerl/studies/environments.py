@@ -21,9 +21,12 @@ from tuckerl.environments import ENVIRONMENTS, PARALLEL_ENVIRONMENTS
 from tuckerl.errors import ProblemError, SpaceError
 
 
-def maker(instance: int, name: str, keywords: Mapping[str, Any]) -> Callable[[], Made]:
-    """Return what makes the environment: the problem of every instance, which other processes can be sent."""
-    return partial(make_environment, name, keywords)
+def maker(instance: int, name: str, keywords: Mapping[str, Any], varied: str = "") -> Callable[[], Made]:
+    """Return what makes the environment of an instance, which other processes can be sent.
+
+    All instances are the same but for the keyword `varied`, which has the instance's number where it is given.
+    """
+    return partial(make_environment, name, {**keywords, varied: instance} if varied else keywords)
 
 
 def environment_of(name: str, keywords: Mapping[str, Any]) -> Environment:

@@ -1,7 +1,9 @@
 """What the paper's three scenarios have in common: readings of the paper, and what the ablations compare."""
 
+from dataclasses import replace
+
 from tuckerl.studies.assumptions import inferred, invented
-from tuckerl.studies.study import Alternative
+from tuckerl.studies.study import Alternative, Comparison
 
 SHARED_ASSUMPTIONS = (
     inferred("One pass of the paper's inner loop is one whole episode of one agent."),
@@ -25,3 +27,22 @@ SHARES = ("max", "min", "best", "random", "mean", "consensus")
 """The sharing rules that the ablations compare: a rule that is registered later adds nothing to them."""
 
 TRUNCATED_HOSVD = Alternative("truncated HOSVD", step={"max_iterations": 0})
+
+
+def several(comparisons: tuple[Comparison, ...], number: int) -> tuple[Comparison, ...]:
+    """Return claims about 3 agents, which are "several" in the paper's files, for another number of agents."""
+
+    def named(variant: str) -> str:
+        return variant.replace("-3", f"-{number}")
+
+    return tuple(
+        replace(
+            one,
+            claim=one.claim.replace("3 ", f"{number} ", 1) if one.claim.startswith("3 ") else one.claim,
+            base=named(one.base),
+            candidate=named(one.candidate),
+            control=named(one.control),
+            control_base=named(one.control_base),
+        )
+        for one in comparisons
+    )

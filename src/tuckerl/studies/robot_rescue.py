@@ -1,36 +1,23 @@
-"""The paper's robot rescue experiment (section IV.C, Figure 13) as data."""
+"""The paper's robot rescue experiment (section IV.C, Figure 13): what is read, claimed and drawn of its file."""
 
+from dataclasses import replace
 from functools import partial
 from itertools import product
-from typing import Any
 
-from tuckerl.environments import robot_rescue as worlds
-from tuckerl.generalization.tensor_step import TensorStep
-from tuckerl.learners.team_q import TeamQ
-from tuckerl.problems.mdp import TabularMDP
+from tuckerl.studies import paper_problems
 from tuckerl.studies.assumptions import inferred, invented
 from tuckerl.studies.figure_text import CurveText, WeightText
 from tuckerl.studies.paper import SHARED_ASSUMPTIONS, SHARES, TRUNCATED_HOSVD
-from tuckerl.studies.study import AlgorithmConfig, Alternative, Comparison, Scenario, variants
+from tuckerl.studies.planned import planned
+from tuckerl.studies.study import Alternative, Comparison
 
-ALGORITHM = AlgorithmConfig(
-    base="team-q",
-    t_version="team-tq",
-    learner=TeamQ,
-    parameters={"alpha": 0.1, "gamma": 0.95, "epsilon": 0.1, "lambda_": 0.95},
-    step=TensorStep(every=10, ranks=(50, 10, 9, 1), weights="paper", share="max"),
-    n_actions=25,
-)
+_PLANNED = planned("robot-rescue", n_actions=25, problem=paper_problems.rescue)
 
 
-def problem(instance: int, **changes: Any) -> TabularMDP:
-    """Return the one rescue world there is, or the same with other parameters."""
-    return worlds.robot_rescue(**changes)
-
-
-def comparisons(candidate: str, control: str) -> tuple[Comparison, ...]:
-    """Return the claim, tested on a candidate of one team or of several."""
-    return (Comparison("C7", "Team-TQ costs less than Team-Q", "cost", "team-q", candidate, control),)
+def _of_teams(number: int) -> tuple[Comparison, ...]:
+    """Return the claim, tested on several teams."""
+    (one,) = _PLANNED.comparisons
+    return (replace(one, candidate=f"team-tq-{number}", control=f"constant-{number}-max"),)
 
 
 ASSUMPTIONS = (
@@ -49,33 +36,23 @@ ASSUMPTIONS = (
 )
 
 ALTERNATIVES = (
-    Alternative("step cost 0.1", problem=partial(problem, step_cost=0.1)),
-    Alternative("step cost 1", problem=partial(problem, step_cost=1.0)),
+    Alternative("step cost 0.1", problem=partial(paper_problems.rescue, step_cost=0.1)),
+    Alternative("step cost 1", problem=partial(paper_problems.rescue, step_cost=1.0)),
     Alternative("traces not cut", {"cut_traces": False}),
     Alternative("the team explores as one", {"exploration": "joint"}),
     Alternative("accumulating traces", {"trace": "accumulating"}),
     Alternative("traces carried over", {"carry_trace": True}),
     Alternative("first tie", {"ties": "first"}),
     TRUNCATED_HOSVD,
-    Alternative("2 teams", comparisons=comparisons("team-tq-2", "constant-2-max")),
-    Alternative("3 teams", comparisons=comparisons("team-tq-3", "constant-3-max")),
+    Alternative("2 teams", comparisons=_of_teams(2)),
+    Alternative("3 teams", comparisons=_of_teams(3)),
 )
 
 _MOVES = ("left", "right", "up", "down", "stay")
 
-ROBOT_RESCUE = Scenario(
-    name="robot-rescue",
-    title="Robot rescue",
+ROBOT_RESCUE = replace(
+    _PLANNED,
     description="Team-Q brings an object home; the paper's section IV.C, Figure 13",
-    number=2,
-    problem=problem,
-    n_instances=1,
-    n_runs=50,
-    n_episodes=100,
-    algorithm=ALGORITHM,
-    variants=variants(ALGORITHM, "team-q", "team-tq-1", "team-tq-3", "constant-1", "constant-3-max", "permuted-1"),
-    measure="cost",
-    comparisons=comparisons("team-tq-1", "constant-1"),
     assumptions=(*SHARED_ASSUMPTIONS, *ASSUMPTIONS),
     shares=SHARES,
     alternatives=ALTERNATIVES,

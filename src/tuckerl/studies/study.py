@@ -160,6 +160,11 @@ class Scenario:
     environment: Mapping[str, Any] = field(default_factory=dict)  # as JSON, where the scenario's name does not tell it
     module: str = ""  # in which that environment is written, whose code the runs execute
 
+    @property
+    def n_runs_of_each(self) -> int:
+        """Number of runs of each variant, on all instances."""
+        return self.n_instances * self.n_runs
+
     def variant(self, name: str) -> Variant:
         """Return the variant of this name."""
         return next(variant for variant in self.variants if variant.name == name)

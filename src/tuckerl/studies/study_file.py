@@ -4,6 +4,7 @@ It is checked whole before anything is played. What stands in it is read here; :
 makes a :class:`~tuckerl.studies.study.Study` of that, for which every environment and every learner is made once.
 """
 
+import hashlib
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -30,8 +31,11 @@ class ProblemEntry(NamedTuple):
     environment: str
     keywords: dict[str, Any]
     settings: dict[str, Any]  # of all algorithms that take them
-    n_runs: int
+    n_runs: int  # of each instance
     n_episodes: int
+    n_instances: int
+    varied: str  # the keyword that has the instance's number; "" for none
+    seed_number: int  # in the seeds
     place: Place
 
 
@@ -53,6 +57,8 @@ class CompareEntry(NamedTuple):
     candidate: str
     measure: str
     problems: tuple[str, ...]
+    id: str  # "" for that which follows from the names
+    claim: str  # "" likewise
     place: Place
 
 
@@ -76,7 +82,7 @@ class StudyFile(NamedTuple):
     @property
     def n_runs(self) -> int:
         """Number of runs in all, without those of controls."""
-        return self.n_variants * sum(problem.n_runs for problem in self.problems)
+        return self.n_variants * sum(problem.n_runs * problem.n_instances for problem in self.problems)
 
 
 def read_study_file(path: Path) -> StudyFile:
@@ -120,6 +126,7 @@ def parse_study_file(text: str, name: str = "study file") -> StudyFile:
     problems = [_problem(table, numbers, place.inside("problem", at)) for at, table in enumerate(found["problem"])]
     algorithms = [_algorithm(table, place.inside("algorithm", at)) for at, table in enumerate(found["algorithm"])]
     _refuse_doubles("problem", problems)
+    _refuse_same_seeds(problems)
     _refuse_doubles("algorithm", algorithms)
     measure, names = found.get("measure", "return"), tuple(problem.name for problem in problems)
     comparisons = [
@@ -136,7 +143,25 @@ def _problem(table: Mapping[str, Any], numbers: Mapping[str, int], place: Place)
     keywords = _values(found.get("keywords", {}), place.inside("keywords"), check_value)
     name = found.get("name", label(found["env"], keywords))
     settings = _values(found.get("settings", {}), place.inside("settings"), _setting)
-    return ProblemEntry(name, found["env"], keywords, settings, found["runs"], found["episodes"], place)
+    n_instances, varied = found.get("instances", 1), found.get("instance", "")
+    if n_instances > 1 and not varied:
+        raise place.inside("instances").wrong(
+            f"{n_instances} instances would be the same: name the keyword that has the instance's number, such as "
+            'instance = "maze_seed"'
+        )
+    if varied in keywords:
+        raise place.inside("keywords", varied).wrong(f"{varied} is set, and varied by the instances: leave out one")
+    number = found.get("number", seed_number(name))
+    numbers_of_it = found["runs"], found["episodes"], n_instances, varied, number
+    return ProblemEntry(name, found["env"], keywords, settings, *numbers_of_it, place)
+
+
+def seed_number(name: str) -> int:
+    """Return a problem's number in the seeds, which its name alone decides: 64 bits, the first of them 1.
+
+    So it is none of the small numbers that scenarios in code have.
+    """
+    return 2**63 | int.from_bytes(hashlib.sha256(name.encode()).digest()[:8], "big") >> 1
 
 
 def _algorithm(table: Mapping[str, Any], place: Place) -> AlgorithmEntry:
@@ -157,9 +182,8 @@ def _comparison(table: Mapping[str, Any], measure: str, problems: tuple[str, ...
     for at, name in enumerate(found.get("problems", ())):
         with place.inside("problems", at).blamed():
             check_name("problem", name, problems)
-    return CompareEntry(
-        found["base"], found["candidate"], found.get("measure", measure), found.get("problems", problems), place
-    )
+    asked = found.get("measure", measure), found.get("problems", problems)
+    return CompareEntry(found["base"], found["candidate"], *asked, found.get("id", ""), found.get("claim", ""), place)
 
 
 def _values(table: Mapping[str, Any], place: Place, read: Check) -> dict[str, Any]:
@@ -183,6 +207,17 @@ def _refuse_doubles(kind: str, entries: list[Any]) -> None:
                 "of them another name"
             )
         lines[entry.name] = entry.place.line
+
+
+def _refuse_same_seeds(problems: list[ProblemEntry]) -> None:
+    first: dict[int, ProblemEntry] = {}
+    for problem in problems:
+        other = first.setdefault(problem.seed_number, problem)
+        if other is not problem:
+            raise problem.place.inside("number").wrong(
+                f"{problem.name} has the number {problem.seed_number} in the seeds, as {other.name} has: give each "
+                "another, or none"
+            )
 
 
 def _check_label(name: str, value: object) -> str:
@@ -233,6 +268,9 @@ _PROBLEM: dict[str, Check] = {
     "settings": check_table,
     "runs": _count,
     "episodes": _count,
+    "instances": _count,
+    "instance": _check_label,
+    "number": partial(check_int, low=0, high=2**63 - 1),
 }
 _ALGORITHM: dict[str, Check] = {
     "name": _check_label,
@@ -244,6 +282,8 @@ _ALGORITHM: dict[str, Check] = {
 _COMPARE: dict[str, Check] = {
     "base": check_text,
     "candidate": check_text,
+    "id": _check_label,
+    "claim": _check_label,
     "measure": _check_measure,
     "problems": _check_names,
 }

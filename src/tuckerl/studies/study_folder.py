@@ -166,7 +166,7 @@ def kept_runs(study: Study, folder: Path) -> KeptRuns:
 def _kept_now(study: Study, folder: Path) -> KeptRuns:
     results = Results(folder, study)
     finished, of_other_code = results.finished(), 0
-    if len(finished) < sum(scenario.n_runs * len(scenario.variants) for scenario in study.scenarios):
+    if len(finished) < sum(one.n_runs_of_each * len(one.variants) for one in study.scenarios):
         stored = Parts(folder / "parts").stored
         of_other_code = sum(one in stored and run not in finished for run, one in run_identities(study).items())
     return KeptRuns(results.tables, len(results.failures()), of_other_code)
@@ -178,7 +178,7 @@ def status_of(study: Study, kept: KeptRuns, reached: list[Reached]) -> StudyStat
     for scenario, own in zip(study.scenarios, reached, strict=True):
         n_finished = own.n_finished()
         variants += [
-            VariantStatus(scenario.name, scenario.n_runs, n_finished.get(one.name, 0), own.estimate(one.name))
+            VariantStatus(scenario.name, scenario.n_runs_of_each, n_finished.get(one.name, 0), own.estimate(one.name))
             for one in scenario.variants
         ]
     return StudyStatus(study.scenarios[0].measure, tuple(variants), kept.n_failed, kept.n_of_other_code)
@@ -206,6 +206,8 @@ def export_format(out: Path | None, form: str | None) -> str:
 def exported(study: Study, tables: StudyTables, varied: Iterable[str]) -> pl.DataFrame:
     """Return a row for each run, agent and episode: what was played, by what, and what came of it.
 
+    The instance is told where a problem has several.
+
     Parameters
     ----------
     study : Study
@@ -223,7 +225,8 @@ def exported(study: Study, tables: StudyTables, varied: Iterable[str]) -> pl.Dat
             settings[name].append(_setting(variant, name))
     columns = pl.DataFrame(keys | {name: _column(values) for name, values in settings.items()}, strict=False)
     joined = tables.runs.join(columns, on=["scenario", "variant"], how="left", maintain_order="left")
-    rest = [name for name in tables.runs.columns if name not in ("scenario", "variant", "instance")]
+    one_each = all(scenario.n_instances == 1 for scenario in study.scenarios)
+    rest = [name for name in tables.runs.columns if name not in ("scenario", "variant", "instance" if one_each else "")]
     return joined.select(pl.col("scenario").alias("problem"), "variant", "algorithm", *names, *rest)
 
 

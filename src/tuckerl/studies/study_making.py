@@ -1,6 +1,5 @@
 """From what stands in a study file to the study: every environment and every learner is made once on the way."""
 
-import hashlib
 import json
 import re
 from collections.abc import Mapping
@@ -45,14 +44,6 @@ def study_of(file: StudyFile) -> Study:
     return Study(tuple(_scenario(file, problem) for problem in file.problems), file.seed)
 
 
-def seed_number(name: str) -> int:
-    """Return a problem's number in the seeds, which its name alone decides: 64 bits, the first of them 1.
-
-    So it is none of the small numbers that scenarios in code have.
-    """
-    return 2**63 | int.from_bytes(hashlib.sha256(name.encode()).digest()[:8], "big") >> 1
-
-
 class _Chosen(NamedTuple):
     """A variant before it is made: an algorithm with what its grid chose."""
 
@@ -63,7 +54,7 @@ class _Chosen(NamedTuple):
 
 def _scenario(file: StudyFile, problem: ProblemEntry) -> Scenario:
     with problem.place.inside("env").blamed():
-        environment = NamedEnvironment(problem.environment, problem.keywords)
+        environment = NamedEnvironment(problem.environment, problem.keywords, problem.varied)
     chosen = [
         _Chosen(name_of(entry.name, choices), entry, choices)
         for entry in file.algorithms
@@ -75,7 +66,7 @@ def _scenario(file: StudyFile, problem: ProblemEntry) -> Scenario:
             raise one.entry.place.wrong(f"there are two variants called {one.name}: rename one of their algorithms")
         made[one.name] = _made(one, problem, environment)
     groups = {entry.name: [one.name for one in chosen if one.entry is entry] for entry in file.algorithms}
-    compared = _Comparisons(made, groups)
+    compared = Comparisons(made, groups)
     for compare in file.comparisons:
         if problem.name in compare.problems:
             compared.add(compare)
@@ -86,7 +77,8 @@ def _scenario(file: StudyFile, problem: ProblemEntry) -> Scenario:
         tuple(compared.comparisons.values()),
         name=problem.name,
         title=problem.name,
-        number=seed_number(problem.name),
+        number=problem.seed_number,
+        n_instances=problem.n_instances,
         n_runs=problem.n_runs,
         n_episodes=problem.n_episodes,
         measure=file.measure,
@@ -141,7 +133,7 @@ def _guilty(message: str, places: Mapping[str, Place], default: Place) -> Place:
     return places[min(named)[1]] if named else default
 
 
-class _Comparisons:
+class Comparisons:
     """The comparisons of one problem by their ids, and the controls that they need by their names."""
 
     def __init__(self, made: Mapping[str, MadeVariant], groups: Mapping[str, list[str]]) -> None:
@@ -157,7 +149,7 @@ class _Comparisons:
         with entry.place.inside("candidate").blamed():
             named = self._groups.get(entry.candidate)
             for candidate in named or [check_name("variant", entry.candidate, self._made)]:
-                self._compare(self._made[base], self._made[candidate], entry.measure)
+                self._compare(self._made[base], self._made[candidate], entry)
 
     def _one_name(self, name: str) -> str:
         """Return the name of the one variant that is meant."""
@@ -166,17 +158,20 @@ class _Comparisons:
             raise ParameterError(f"{name} has {len(group)} variants: name one of them, such as {group[0]!r}")
         return check_name("variant", group[0], self._made)
 
-    def _compare(self, base: MadeVariant, candidate: MadeVariant, measure: str) -> None:
+    def _compare(self, base: MadeVariant, candidate: MadeVariant, entry: CompareEntry) -> None:
         names = base.variant.name, candidate.variant.name
         check_differ(base.variant, candidate.variant, "set something of one of them")
         control = control_of(base, candidate)
-        claim, name = f"{names[1]} does better than {names[0]}", self._name_of(control) if control else ""
-        one = Comparison(f"{names[1]} against {names[0]} by {measure}", claim, measure, *names, name)
+        name = self.name_of(control) if control else ""
+        claim = entry.claim or f"{names[1]} does better than {names[0]}"
+        one = Comparison(
+            entry.id or f"{names[1]} against {names[0]} by {entry.measure}", claim, entry.measure, *names, name
+        )
         if one.id in self.comparisons:
             raise ParameterError(f"{one.id} is compared twice")
         self.comparisons[one.id] = one
 
-    def _name_of(self, control: Variant) -> str:
+    def name_of(self, control: Variant) -> str:
         """Return the name of the variant that does what a control does: one that is there, or a new one."""
         content, name = _content(control), f"{control.name}-constant"
         if content not in self._by_content:

@@ -23,7 +23,7 @@ from tuckerl.studies.comparison import N_EPISODES, N_RUNS
 from tuckerl.studies.search_space import Searched, SearchSpace, check_names
 from tuckerl.studies.statistics import MEASURES, Pairs, pairs_by_variant
 from tuckerl.studies.study import Comparison, Scenario, Study
-from tuckerl.studies.study_making import seed_number
+from tuckerl.studies.study_file import seed_number
 from tuckerl.studies.tables import StudyTables
 from tuckerl.studies.variants import MadeVariant, NamedEnvironment, control_of, scenario_of
 

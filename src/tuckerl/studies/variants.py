@@ -9,7 +9,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
-from tuckerl.adapters.making import make_environment
 from tuckerl.adapters.resolve import Environment, as_problem
 from tuckerl.studies.algorithms import ALGORITHMS, Algorithm, check_plays, split_settings, tensor_step
 from tuckerl.studies.assumptions import invented
@@ -31,6 +30,8 @@ class NamedEnvironment:
     name : str
     keywords : mapping
         Of the environment.
+    varied : str
+        The keyword that has the instance's number; "" where all instances are the same.
 
     Raises
     ------
@@ -40,16 +41,22 @@ class NamedEnvironment:
         If it cannot be made so.
     """
 
-    def __init__(self, name: str, keywords: Mapping[str, Any]) -> None:
-        make_environment(name, keywords).close()
-        self.name, self.keywords = name, dict(keywords)
-        self.problem = partial(maker, name=name, keywords=self.keywords)
+    def __init__(self, name: str, keywords: Mapping[str, Any], varied: str = "") -> None:
+        self.name, self.keywords, self.varied = name, dict(keywords), varied
+        self.problem = partial(maker, name=name, keywords=self.keywords, varied=varied)
+        self.problem(0)().close()
         self._shared: dict[str, Environment] = {}
 
     @property
     def label(self) -> str:
         """The id with the keywords, if there are any."""
         return label(self.name, self.keywords)
+
+    @property
+    def specification(self) -> dict[str, Any]:
+        """What decides which problem it is, as JSON."""
+        varied = {"varied": self.varied} if self.varied else {}
+        return {"id": self.name, "keywords": dict(self.keywords)} | varied
 
     def for_learner(self, learner: type[Learner], parameters: Mapping[str, Any]) -> Environment:
         """Return what a learner is made with: the compiled problem that all share, or else what makes it one."""
@@ -105,15 +112,23 @@ def made_variant(
         If the algorithm cannot play the environment.
     """
     check_plays(algorithm, environment.name)
-    parameters, of_step = split_settings(algorithm, settings)
+    parameters, _ = split_settings(algorithm, settings)
     with bins_named(bins):
         env = environment.for_learner(algorithm.learner, parameters)
         learner = algorithm.learner(env, **parameters, n_agents=n_agents)
     sizes = (learner.problem.n_states, learner.problem.n_actions)
+    return unmade_variant(algorithm, settings, n_agents, sizes)._replace(n_agents=learner.n_agents)
+
+
+def unmade_variant(
+    algorithm: Algorithm, settings: Mapping[str, Any], n_agents: int, sizes: tuple[int, int]
+) -> MadeVariant:
+    """Return what `made_variant` does for a problem of these sizes (S, A), but without having made a learner."""
+    parameters, of_step = split_settings(algorithm, settings)
     step = tensor_step(algorithm, sizes, of_step)
     config = AlgorithmConfig(algorithm.name, algorithm.name, algorithm.learner, parameters, step, sizes[1])
     made = Variant(algorithm.name, algorithm.learner, parameters, n_agents, step if algorithm.is_t_version else None)
-    return MadeVariant(made, config, learner.n_agents, algorithm.is_t_version and "ranks" not in of_step)
+    return MadeVariant(made, config, n_agents, algorithm.is_t_version and "ranks" not in of_step)
 
 
 def control_of(base: MadeVariant, candidate: MadeVariant) -> Variant | None:
@@ -165,6 +180,6 @@ def scenario_of(
         variants=(*(one.variant for one in variants), *controls),
         comparisons=comparisons,
         assumptions=(DEFAULT_RANKS,) if any(one.has_default_ranks for one in variants) else (),
-        environment={"id": environment.name, "keywords": dict(environment.keywords)},
+        environment=environment.specification,
         module=environment_module(environment.name),
     )
