@@ -3,10 +3,13 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 import pytest
 
+from tuckerl.adapters.resolve import as_problem
 from tuckerl.errors import UnknownNameError
+from tuckerl.problems.mdp import TabularMDP
 from tuckerl.reports.study import Study as UsersStudy
 from tuckerl.studies.planned import FILES, file_of
 from tuckerl.studies.reproduce import run_study
@@ -76,4 +79,7 @@ def test_instances_are_counted_and_told(tmp_path: Path) -> None:
 def test_instances_have_another_identity_than_one_problem() -> None:
     one, several = NamedEnvironment("tuckerl/DynaMaze-v0", {}), NamedEnvironment("tuckerl/DynaMaze-v0", {}, "maze_seed")
     assert one.specification != several.specification
-    assert several.problem(4)().unwrapped.maze.walls.sum() != several.problem(5)().unwrapped.maze.walls.sum()
+    fourth, fifth = (as_problem(several.problem(instance)) for instance in (4, 5))
+    assert isinstance(fourth, TabularMDP)
+    assert isinstance(fifth, TabularMDP)
+    assert not np.array_equal(fourth.arrays.next_state, fifth.arrays.next_state)
