@@ -17,9 +17,10 @@ from tuckerl.problems.maze import Maze, sutton_maze
 from tuckerl.studies import cluster as studies_cluster
 from tuckerl.studies.cluster import play_on_cluster
 from tuckerl.studies.dyna_maze import DYNA_MAZE
+from tuckerl.studies.processes import Processes
 from tuckerl.studies.runs import all_runs
 from tuckerl.studies.study import Study
-from tuckerl.studies.workers import play_tasks, tasks_of
+from tuckerl.studies.workers import tasks_of
 
 LENGTHS = {"short": (1, 600), "longer": (500, 120)}  # episodes of a run, runs
 
@@ -55,7 +56,7 @@ def _rows(length: str, n_workers: int, how: str = "") -> list[Row]:
             central.append(time.process_time() - begun)
 
         def here() -> None:
-            _all(play_tasks(study, tasks, 1))
+            _all(Processes(1).play(study, tasks))
 
         what = f"{length} runs, {n_workers} worker{'s' if n_workers > 1 else ''}{how}"
         row = compare(what, "run", there, "one core, no cluster", here, units=n_runs, repeats=3)

@@ -45,7 +45,7 @@ TEN_FILES = {
     "training/trainer.py": "`learn`: windows, callbacks, Ctrl-C, the tensor step after each window",
     "generalization/step.py": "the paper's idea: tables in, action weights and a mixture of tables out",
     "problems/mdp.py": "a problem: its arrays, its checks, how it is saved and described",
-    "studies/workers.py": "many runs on all cores, the same bytes for any number of workers",
+    "studies/processes.py": "many runs on all cores, the same bytes for any number of workers",
 }
 """What to read first, in this order, and why."""
 

@@ -61,9 +61,9 @@ def test_all_long_commands_hear_them(command: str, monkeypatch: pytest.MonkeyPat
 
     for module, name in (
         (file, "inspect_file"),
-        (reproduce, "run_study"),
+        (reproduce, "play_study"),
         (study_folder, "run_study"),
-        (tuning_folder, "run_study"),
+        (tuning_folder, "play_study"),
         (training, "load_learner"),
         (training, "build_learner"),
     ):

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 from tuckerl.problems.maze import Maze, sutton_maze
 from tuckerl.studies.dyna_maze import DYNA_MAZE
+from tuckerl.studies.processes import Processes
 from tuckerl.studies.runs import all_runs
 from tuckerl.studies.study import Study
-from tuckerl.studies.workers import play_tasks, tasks_of
+from tuckerl.studies.workers import tasks_of
 
 
 def said(instance: int) -> Maze:
@@ -22,4 +23,5 @@ def said(instance: int) -> Maze:
 if __name__ == "__main__":
     base = replace(DYNA_MAZE, problem=said, n_instances=2, n_runs=1, n_episodes=10**6, variants=DYNA_MAZE.variants[:1])
     endless = Study((base,), seed=3)
-    list(play_tasks(endless, tasks_of(all_runs(endless)), 2))
+    with Processes(2) as processes:
+        list(processes.play(endless, tasks_of(all_runs(endless))))

@@ -136,13 +136,13 @@ def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(tmp_path: Path
     made = small_comparison(n_runs=3)
 
     def interrupt(done: int, total: int) -> None:
-        if done >= 2:
+        if done >= 1:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         run_study(made.study, tmp_path / "halting", workers=1, progress=interrupt)
     with Store(tmp_path / "halting", made.study) as store:
-        assert 2 <= len(store.finished()) < 6
+        assert 1 <= len(store.finished()) < 6
     again = small_comparison(n_runs=3)  # another process would make it anew, too
     run_study(again.study, tmp_path / "halting", workers=1)
     run_study(made.study, tmp_path / "straight", workers=1)

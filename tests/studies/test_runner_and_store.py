@@ -21,7 +21,7 @@ from tuckerl.errors import (
     ParameterError,
 )
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.studies import checkpoints
+from tuckerl.studies import checkpoints, reproduce
 from tuckerl.studies.executed_code import changes
 from tuckerl.studies.parts import Parts
 from tuckerl.studies.playing import play_run
@@ -80,7 +80,12 @@ def test_another_seed_gives_other_runs(study: Study, tmp_path: Path) -> None:
     assert not one["steps"].equals(other["steps"])
 
 
-def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(study: Study, tmp_path: Path) -> None:
+def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reproduce, "_SECONDS_BETWEEN_WRITES", 0.0)
+    monkeypatch.setattr(reproduce, "_WRITES_SHARE", 1.0)
+
     def interrupt(done: int, total: int) -> None:
         assert total == 20
         if done >= 5:

@@ -132,19 +132,20 @@ def test_an_interrupt_anywhere_changes_nothing(
     monkeypatch.setattr(reproduce, "_WRITES_SHARE", 1.0)
     played: list[int] = []
 
-    def stop_after(most: int) -> Any:
+    def stop_in(part: int) -> Any:
         begun: list[int] = []
 
         def progress(done: int, total: int) -> None:
-            begun.append(done)
-            if len(begun) > most:
+            if total not in begun:
+                begun.append(total)
+            elif len(begun) == part:  # one of its runs is finished
                 raise KeyboardInterrupt
 
         return progress
 
-    for most in (1, 2, 3, 4):  # ever further, and each goes on from the one before
+    for part in (1, 3, 2, 4):  # ever further, and each goes on from the one before
         with pytest.raises(KeyboardInterrupt):
-            tuned(tmp_path, progress=stop_after(most))
+            tuned(tmp_path, progress=stop_in(part))
         held = json.loads((tmp_path / "study.json").read_text())["scenarios"]
         played.append(sum(len(one["variants"]) for one in held.values()))
     assert played == [8, 14, 20, 27]  # in the first rung, the last, the next batch, and the test

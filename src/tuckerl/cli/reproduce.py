@@ -1,7 +1,7 @@
 """``tuckerl reproduce``: the paper's experiments, their figures and the verdicts on its claims."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -36,7 +36,7 @@ def reproduce(
     from tuckerl.reports.report import write_report
     from tuckerl.reports.verdicts import verdict_table
     from tuckerl.studies.ablation import ablation_study, ablations
-    from tuckerl.studies.reproduce import run_study
+    from tuckerl.studies.reproduce import play_study, player_of
     from tuckerl.studies.scenarios import QUICK_RUNS, scenario_study
     from tuckerl.studies.sensitivity import Sensitivity, estimated_seconds, sensitivity_study, summarise_sensitivity
     from tuckerl.studies.study import Study
@@ -44,28 +44,22 @@ def reproduce(
     from tuckerl.studies.tables import StudyTables
 
     folder = out or Path("results") / ("quick" if quick else "paper")
-    how: dict[str, Any] = {
-        "workers": workers,
-        "cluster": cluster,
-        "overwrite": overwrite,
-        "accept_code": accept_code,
-    }
 
     def play(part: Study, where: Path, label: str) -> StudyTables:
         with compiling_said(), short_warnings(), progress_bar(label) as progress:
-            return run_study(part, where, **how, progress=progress)
+            return play_study(part, where, player, overwrite=overwrite, accept_code=accept_code, progress=progress)
 
     study = scenario_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)
-    tables = play(study, folder, "runs")
-    small = ablation_study(study)
-    taken_apart = ablations(small, play(small, folder / "ablation", "ablation").runs)
-    cells = Sensitivity()
-    if sensitivity:
-        others = sensitivity_study(study, QUICK_RUNS if quick and runs is None else runs)
-        n_workers = workers or (1 if cluster else default_workers())
-        minutes = estimated_seconds(others, tables.times, n_workers) / 60
-        typer.echo(f"Other readings of the paper: about {minutes:.0f} minutes with {n_workers} workers.", err=True)
-        cells = summarise_sensitivity(others, play(others, folder / "sensitivity", "other readings").runs)
+    small, cells = ablation_study(study), Sensitivity()
+    with player_of(workers, cluster) as player:
+        tables = play(study, folder, "runs")
+        taken_apart = ablations(small, play(small, folder / "ablation", "ablation").runs)
+        if sensitivity:
+            others = sensitivity_study(study, QUICK_RUNS if quick and runs is None else runs)
+            n_workers = workers or (1 if cluster else default_workers())
+            minutes = estimated_seconds(others, tables.times, n_workers) / 60
+            typer.echo(f"Other readings of the paper: about {minutes:.0f} minutes with {n_workers} workers.", err=True)
+            cells = summarise_sensitivity(others, play(others, folder / "sensitivity", "other readings").runs)
     claims, summaries = summarise(study, tables)
     report = write_report(study, claims, summaries, folder, ablations=taken_apart, sensitivity=cells)
     typer.echo(f"{verdict_table(claims)}\nReport: {report}")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from tuckerl.cli.options import AcceptCode, EnvSettings, OverwriteStudy, Seed, Workers
+from tuckerl.cli.options import AcceptCode, Cluster, EnvSettings, OverwriteStudy, Seed, Workers
 
 
 def tune(
@@ -39,6 +39,7 @@ def tune(
         str, typer.Option(help="return or steps of an episode, or final: the return in the last tenth of them.")
     ] = "return",
     workers: Workers = None,
+    cluster: Cluster = None,
     seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for the results. Default: one in results/tune.")] = None,
     overwrite: OverwriteStudy = False,
@@ -51,7 +52,7 @@ def tune(
     from tuckerl.cli.compiling import compiling_said
     from tuckerl.cli.settings import parse_numbers, parse_parameters, parse_searches, parse_settings
     from tuckerl.cli.warnings import short_warnings
-    from tuckerl.progress import default_workers, progress_bar
+    from tuckerl.progress import progress_bar
     from tuckerl.reports.tuning_page import outcome, write_tuning
     from tuckerl.studies.tuning import Tuning, TuningConfig
     from tuckerl.studies.tuning_folder import play_tuning
@@ -64,10 +65,15 @@ def tune(
         )
     )
     folder = out or Path("results") / "tune" / re.sub(r"[^\w.-]+", "-", f"{algorithm}-{env}")
-    workers = default_workers() if workers is None else workers
     with compiling_said(), short_warnings(), progress_bar("runs") as progress:
         result = play_tuning(
-            tuning, folder, workers=workers, overwrite=overwrite, accept_code=accept_code, progress=progress
+            tuning,
+            folder,
+            workers=workers,
+            cluster=cluster,
+            overwrite=overwrite,
+            accept_code=accept_code,
+            progress=progress,
         )
     report = write_tuning(result, folder)
     typer.echo(outcome(result))

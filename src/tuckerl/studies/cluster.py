@@ -36,7 +36,7 @@ _SECONDS_TO_FETCH = 30.0  # what a worker has left
 
 
 def play_on_cluster(study: Study, tasks: Sequence[Task], address: str) -> Generator[list[Played], None, None]:
-    """Play the tasks on a scheduler's workers and yield what came of each one's runs as it ends, in any order.
+    """Play the tasks on a scheduler's workers and yield what came of them as they end, in any order.
 
     No checkpoints are kept: a folder of this machine need not be one of a worker's.
 
@@ -100,7 +100,7 @@ class _Playing:
 
     def __init__(self, client: "Client", study: Study, tasks: Sequence[Task]) -> None:
         self._client, self._name, self._sent = client, uuid.uuid4().hex, sent(study)
-        self._waiting = deque(Task(task.runs, (None,) * len(task.runs)) for task in tasks)
+        self._waiting = deque(Task(task.run, None) for task in tasks)
         self._suspects: deque[Task] = deque()  # given to a worker that died: each is played alone, in the end
         self._deaths: Counter[Task] = Counter()
         self._given: dict[Future[Any], _Given] = {}
@@ -112,7 +112,7 @@ class _Playing:
         self._refused: dict[str, str] = {}
 
     def results(self) -> Iterator[list[Played]]:
-        """Give what came of each task as it ends."""
+        """Give what came of the tasks as they end."""
         while self._waiting or self._suspects or any(given.tasks for given in self._given.values()):
             if time.monotonic() > self._next_look:
                 yield from self._look()
@@ -162,7 +162,7 @@ class _Playing:
             if self._deaths[task] < _DEATHS:
                 self._suspects.append(task)
             else:
-                yield [Played(run, None, _DIED) for run in task.runs]
+                yield [Played(task.run, None, _DIED)]
 
     def _hand_out(self) -> None:
         n_given = Counter(given.worker for given in self._given.values())
@@ -218,7 +218,7 @@ class _Playing:
             elif len(tasks) > 1:
                 self._suspects += tasks  # each alone, so that only the one to blame fails
             else:
-                yield [Played(run, None, f"{why}\n") for run in tasks[0].runs]
+                yield [Played(tasks[0].run, None, f"{why}\n")]
         future.release()
 
     def _take(self, future: "Future[Any]", worker: str, tasks: tuple[Task, ...]) -> Iterator[list[Played]]:
@@ -236,7 +236,7 @@ class _Playing:
             self._put_back(worker, tasks)
         else:
             self._seconds_of_a_task += 0.3 * (left.seconds / len(tasks) - self._seconds_of_a_task)
-            yield from left.played
+            yield left.played
 
     def _fetched(self, future: "Future[Any]", worker: str) -> Any:
         """Return what a worker has left; a lost worker has taken it along, for which Dask would wait."""

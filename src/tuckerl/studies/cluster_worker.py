@@ -117,9 +117,9 @@ def _prepare(name: str, content: Sent) -> str:
 
 
 class Left(NamedTuple):
-    """What came of each task of a piece, and how long it took."""
+    """What came of a piece, and how long it took."""
 
-    played: list[list[Played]]
+    played: list[Played]
     seconds: float
 
 

@@ -1,8 +1,8 @@
 """Running a study into a folder, picking up where an earlier call stopped."""
 
 import time
-from collections.abc import Callable, Generator, Sequence
-from contextlib import closing
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -10,11 +10,12 @@ from tuckerl.checks import check_int, check_text
 from tuckerl.errors import FailedRunsWarning, ParameterError, warn
 from tuckerl.progress import default_workers
 from tuckerl.studies.cluster import play_on_cluster
+from tuckerl.studies.processes import Processes
 from tuckerl.studies.runs import Run
 from tuckerl.studies.store import Store
 from tuckerl.studies.study import Study
 from tuckerl.studies.tables import StudyTables
-from tuckerl.studies.workers import Played, Task, play_tasks, tasks_of
+from tuckerl.studies.workers import Played, Task, tasks_of
 
 _SECONDS_BETWEEN_WRITES = 0.5
 _WRITES_SHARE = 0.05  # of the time, at most
@@ -37,9 +38,6 @@ def run_study(
 ) -> StudyTables:
     """Play what is missing of a study in a folder and return all its tables.
 
-    An interrupt, and a kill, keep every finished run: calling again goes on from there. A run that ends with an error
-    is recorded with its traceback, in the folder ``failures``, and the study goes on.
-
     Parameters
     ----------
     study : Study
@@ -48,8 +46,8 @@ def run_study(
         Processes on this machine. Default: one for each core.
     cluster : str, optional
         The address of a Dask scheduler, whose workers play the runs instead.
-    overwrite, accept_code : bool
-    progress : callable, optional
+    overwrite, accept_code, progress
+        As of :func:`play_study`.
 
     Raises
     ------
@@ -58,10 +56,61 @@ def run_study(
     MissingExtraError, WorkerError
         If the cluster cannot be used, or no worker lives.
     OutputError, OutputConflictError
+        As of :func:`play_study`.
+    """
+    with player_of(workers, cluster) as player:
+        return play_study(study, folder, player, overwrite=overwrite, accept_code=accept_code, progress=progress)
+
+
+@contextmanager
+def player_of(workers: int | None = None, cluster: str | None = None) -> Iterator[Player]:
+    """Give who plays tasks, of as many studies as are asked for: this machine's processes, or a cluster's workers.
+
+    Raises
+    ------
+    ParameterError, ParameterTypeError
+        If `workers` is impossible, or both are given.
+    """
+    if cluster is None:
+        with Processes(default_workers() if workers is None else check_int("workers", workers, 1)) as processes:
+            yield processes.play
+    elif workers is not None:
+        raise ParameterError("workers are processes on this machine, and a cluster has its own: give one of the two")
+    else:
+        yield partial(play_on_cluster, address=check_text("cluster", cluster))
+
+
+def play_study(
+    study: Study,
+    folder: Path,
+    player: Player,
+    *,
+    overwrite: bool = False,
+    accept_code: bool = False,
+    progress: Progress | None = None,
+) -> StudyTables:
+    """Let `player` play what is missing of a study in a folder and return all its tables.
+
+    An interrupt, and a kill, keep every finished run: calling again goes on from there. A run that ends with an error
+    is recorded with its traceback, in the folder ``failures``, and the study goes on.
+
+    Parameters
+    ----------
+    study : Study
+    folder : Path
+    player : Player
+    overwrite, accept_code : bool
+        What to do with another study's results, and with runs that other code has played.
+    progress : callable, optional
+
+    Raises
+    ------
+    MissingExtraError, WorkerError
+        If the cluster cannot be used, or no worker lives.
+    OutputError, OutputConflictError
         If the folder cannot be written, is in use, or holds another study's results, or runs that other code has
         played, and neither `overwrite` nor `accept_code` says what to do with them.
     """
-    player = _player(workers, cluster)
     with Store(folder, study, overwrite=overwrite, accept_code=accept_code) as store:
         missing = store.missing()
         tasks = tasks_of(missing, store.checkpoints(missing))
@@ -87,19 +136,10 @@ def _tell_of(failures: dict[Run, Path]) -> None:
         )
 
 
-def _player(workers: int | None, cluster: str | None) -> Player:
-    """Return who plays tasks: this machine's processes, or a cluster's workers."""
-    if cluster is None:
-        return partial(play_tasks, workers=default_workers() if workers is None else check_int("workers", workers, 1))
-    if workers is not None:
-        raise ParameterError("workers are processes on this machine, and a cluster has its own: give one of the two")
-    return partial(play_on_cluster, address=check_text("cluster", cluster))
-
-
 def _play(store: Store, tasks: list[Task], player: Player, progress: Progress) -> None:
     """Play the tasks, store what they leave, and say so when it is stored."""
     done = len(store.finished())
-    total = done + sum(len(task.runs) for task in tasks)
+    total = done + len(tasks)
     waiting: list[Played] = []
     due = time.monotonic()
     progress(done, total)

@@ -8,7 +8,7 @@ from tuckerl.errors import ProblemError
 from tuckerl.studies.comparison_result import Compared
 from tuckerl.studies.estimates import reached_of
 from tuckerl.studies.grid import in_a_name
-from tuckerl.studies.reproduce import Progress, run_study
+from tuckerl.studies.reproduce import Progress, play_study, player_of
 from tuckerl.studies.runs import all_runs
 from tuckerl.studies.search_space import Range, Searched
 from tuckerl.studies.store import Results
@@ -72,7 +72,8 @@ def play_tuning(
     tuning: Tuning,
     folder: Path,
     *,
-    workers: int,
+    workers: int | None = None,
+    cluster: str | None = None,
     overwrite: bool = False,
     accept_code: bool = False,
     progress: Progress | None = None,
@@ -82,9 +83,16 @@ def play_tuning(
     The folder's study grows by rungs and variants until it holds the test too. What is finished is read and decides
     again what it decided before, until something is missing: so an interrupt or a kill changes nothing.
 
+    Parameters
+    ----------
+    tuning : Tuning
+    folder : Path
+    workers, cluster, overwrite, accept_code, progress
+        As of :func:`~tuckerl.studies.reproduce.run_study`.
+
     Raises
     ------
-    OutputError, OutputConflictError
+    OutputError, OutputConflictError, WorkerError, MissingExtraError
         As of :func:`~tuckerl.studies.reproduce.run_study`.
     ProblemError
         If a run ended with an error: settings cannot be judged then.
@@ -93,9 +101,7 @@ def play_tuning(
     """
 
     def run(study: Study) -> StudyTables:
-        tables = run_study(
-            study, folder, workers=workers, overwrite=overwrite, accept_code=accept_code, progress=progress
-        )
+        tables = play_study(study, folder, player, overwrite=overwrite, accept_code=accept_code, progress=progress)
         failures = Results(folder, study).failures()
         if failures:
             run, path = next(iter(failures.items()))
@@ -110,8 +116,9 @@ def play_tuning(
         results = Results(folder, study, any_code=not overwrite)
         return results.tables if len(results.finished()) == len(all_runs(study)) else run(study)
 
-    tuned = tuning.search(play)
-    tables = run(tuned.study)
+    with player_of(workers, cluster) as player:
+        tuned = tuning.search(play)
+        tables = run(tuned.study)
     test = Study((tuned.test,), tuned.study.seed)
     (result,) = summarise_study(test, reached_of(test, tables))
     return TuningResult(tuning.config, tuned, result)
