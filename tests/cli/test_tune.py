@@ -31,7 +31,6 @@ def test_tuning_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixt
         (["--search", "alpha=x:1"], "--search of a range must be alpha=LOW:HIGH or alpha=LOW:HIGH:log"),
         (["--search", "alhpa=0.1:1"], "did you mean 'alpha'"),
         (["--trials", "0"], "trials must be a whole number of at least 1; got 0"),
-        (["--cluster", "tcp://127.0.0.1:1"], "no Dask scheduler answers at tcp://127.0.0.1:1"),
         (["--cluster", "tcp://127.0.0.1:1", "--workers", "2"], "give one of the two"),
         (["--rungs", "2,x"], "--rungs must be whole numbers with commas between them; got '2,x'"),
     ],
@@ -44,6 +43,12 @@ def test_wrong_input_is_one_sentence_and_status_2(
     assert message in shown
     assert shown.count("\n") == 1
     assert not (tmp_path / "none").exists()
+
+
+def test_a_cluster_that_is_not_there_is_said(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    words = ("tune", "q-learning", "FrozenLake-v1", "--out", str(tmp_path / "none"), "--cluster", "tcp://127.0.0.1:1")
+    assert status_of(*words) == 2
+    assert "tuckerl: no Dask scheduler answers at tcp://127.0.0.1:1 (" in capsys.readouterr().err
 
 
 def test_ranges_and_choices_are_read() -> None:
