@@ -190,7 +190,7 @@ def test_what_differs_is_said(study: Study, monkeypatch: pytest.MonkeyPatch) -> 
     assert module in here.code
     assert "changed code of tuckerl.learners.dyna_h: bring" in prepare("", here._replace(code=here.code | {module: ""}))
     assert "python 3." in prepare("", here._replace(code=here.code | {"python": "2"}, study=b"unreadable"))
-    assert "same OPENBLAS_CORETYPE" in prepare("", here._replace(linear_algebra="an older processor"))
+    assert "same OPENBLAS_CORETYPE" in prepare("", here._replace(code=here.code | {"BLAS": "an older processor"}))
     assert "nowhere_to_be_found" in prepare("", sent(with_problem(study, NotThere())))
     assert "PYTHONPATH" in prepare("", sent(with_problem(study, NotThere())))
     assert prepare("", here) == ""

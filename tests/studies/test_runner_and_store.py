@@ -276,13 +276,77 @@ def test_what_is_damaged_is_set_aside_and_played_again(study: Study, tmp_path: P
     if damage == "gone":
         run_study(small, tmp_path / "damaged", workers=1)
     else:
+        what = f"has what {second.name} has, and" if damage == "another's name" else "is damaged and"
         with pytest.warns(
-            DamagedResultsWarning, match=r"is damaged and was set aside as .*\.damaged: the runs in it are"
+            DamagedResultsWarning, match=rf"{what} was set aside as .*\.damaged: the runs .* played again"
         ):
             run_study(small, tmp_path / "damaged", workers=1)
         assert len(list((tmp_path / "damaged" / "parts").glob("*.damaged"))) == 1
     for name in FILES:
         assert (tmp_path / "damaged" / name).read_bytes() == (tmp_path / "straight" / name).read_bytes()
+
+
+def test_a_copy_of_a_part_is_set_aside_and_nothing_is_played(study: Study, tmp_path: Path) -> None:
+    small = tiny(study)
+    run_study(small, tmp_path, workers=1)
+    part, *_ = (tmp_path / "parts").iterdir()
+    part.with_stem("copy").write_bytes(part.read_bytes())
+    with pytest.warns(
+        DamagedResultsWarning, match=rf"copy.part has what {part.name} has, .* as copy.damaged: nothing is"
+    ):
+        Store(tmp_path, small).close()
+    with Store(tmp_path, small) as store:
+        assert not store.missing()
+
+
+REFUSED = (PermissionError(13, "Permission denied"), OSError(30, "Read-only file system"))
+
+
+@pytest.mark.filterwarnings("ignore::tuckerl.errors.DamagedResultsWarning")
+@pytest.mark.parametrize("error", REFUSED)
+@pytest.mark.parametrize("what", ["replace", "unlink", "read_bytes"])
+def test_a_folder_that_refuses_is_said_in_a_sentence(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: OSError, what: str
+) -> None:
+    small = tiny(study)
+    one_by_one(small, tmp_path)
+    (tmp_path / "checkpoints").mkdir()
+    (tmp_path / "checkpoints" / ".left").touch()
+    part, *_ = (tmp_path / "parts").iterdir()
+    part.write_bytes(b"damaged")
+    real = getattr(Path, what)
+
+    def refused(path: Path, *arguments: Any, **keywords: Any) -> Any:
+        if path.parent.name in ("parts", "checkpoints"):
+            raise error
+        return real(path, *arguments, **keywords)
+
+    monkeypatch.setattr(Path, what, refused)
+    with pytest.raises(OutputError, match=f"{error.strerror}.*; choose another"):
+        run_study(small, tmp_path, workers=1)
+
+
+def test_runs_of_another_processor_are_of_other_code_and_those_of_old_folders_are_kept(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small, real = tiny(study, n_runs=1), run_code
+
+    def code_of(scenario: Scenario, variant: Variant, blas: str | None = None) -> dict[str, str]:
+        own = real(scenario, variant) | {"BLAS": blas or ""}
+        return own if blas else {name: value for name, value in own.items() if name != "BLAS"}
+
+    for blas, folder in ((None, "old"), ("openblas for Z80", "other")):
+        with monkeypatch.context() as then:
+            then.setattr("tuckerl.studies.store.run_code", partial(code_of, blas=blas))
+            run_study(small, tmp_path / folder, workers=1)
+    with Store(tmp_path / "old", small) as store:
+        assert not store.missing()
+    with pytest.raises(
+        OutputConflictError, match=r"other code .*\(BLAS openblas for Z80 there and .* now\): keep them"
+    ):
+        Store(tmp_path / "other", small)
+    with Store(tmp_path / "other", small, accept_code=True) as store:
+        assert not store.missing()
 
 
 def test_tables_that_were_changed_are_made_anew(study: Study, tmp_path: Path) -> None:

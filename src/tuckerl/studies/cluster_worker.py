@@ -7,11 +7,11 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from threadpoolctl import threadpool_info, threadpool_limits
+from threadpoolctl import threadpool_limits
 
 from tuckerl.errors import WorkerError
 from tuckerl.studies.environments import environment_specification
-from tuckerl.studies.executed_code import changes, executed_code
+from tuckerl.studies.executed_code import BLAS, changes, executed_code
 from tuckerl.studies.playing import warm_up
 from tuckerl.studies.runs import run_code
 from tuckerl.studies.study import Study
@@ -28,7 +28,6 @@ class Sent(NamedTuple):
 
     study: bytes
     code: dict[str, str]
-    linear_algebra: str
 
 
 def sent(study: Study) -> Sent:
@@ -48,7 +47,7 @@ def sent(study: Study) -> Sent:
             f"the study cannot be sent to workers ({error}): let its problem be a function or a class of a module that "
             "they can import, without open files, locks or the like"
         ) from error
-    return Sent(content, _code_of(study), _linear_algebra())
+    return Sent(content, _code_of(study))
 
 
 def _code_of(study: Study) -> dict[str, str]:
@@ -62,14 +61,6 @@ def _code_of(study: Study) -> dict[str, str]:
             code[f"environment {name}"] = str(environment_specification(name, keywords)["sources"])
     program = Path(getattr(sys.modules["__main__"], "__file__", None) or "").name
     return {name: digest for name, digest in code.items() if name != program or not name.endswith(".py")}
-
-
-def _linear_algebra() -> str:
-    """Return which kernels BLAS and LAPACK have chosen for this processor: others round in another way."""
-    found = {
-        f"{one['internal_api']} for {one.get('architecture')}" for one in threadpool_info() if one["user_api"] == "blas"
-    }
-    return ", ".join(sorted(found))
 
 
 def prepare(name: str, content: Sent) -> str:
@@ -98,11 +89,8 @@ def _prepare(name: str, content: Sent) -> str:
     threadpool_limits(1)  # for good: more of them would add in another order
     versions = executed_code([])
     why = changes(versions, {one: content.code[one] for one in versions}, "here")
-    if _linear_algebra() != content.linear_algebra:
-        why.append(
-            f"{_linear_algebra()} there and {content.linear_algebra} here: start all, also the study, with the same "
-            "OPENBLAS_CORETYPE"
-        )
+    if versions[BLAS] != content.code[BLAS]:
+        why[-1] += ": start all, also the study, with the same OPENBLAS_CORETYPE"
     if not why:  # only now: other versions may not even read it
         study = loads(content.study)
         warm_up(study)

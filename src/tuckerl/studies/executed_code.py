@@ -2,7 +2,8 @@
 
 A module decides nothing if the run never comes to it, so an edit of another learner, of a report or of a command leaves
 finished runs as they are. Which modules a run comes to is read from their imports, those inside functions included;
-registers, which name all that there is, are not followed.
+registers, which name all that there is, are not followed. BLAS has other kernels for other processors, which round in
+another way, so these count as its version.
 """
 
 import hashlib
@@ -17,6 +18,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from threadpoolctl import threadpool_info
+
 from tuckerl._version import __version__
 
 _PACKAGE = "tuckerl"
@@ -25,6 +28,7 @@ _FROM = re.compile(r"^ *from (tuckerl[\w.]*) import (\([^)]*\)|.*)", re.MULTILIN
 _PLAIN = re.compile(r"^ *import (tuckerl[\w.]*)", re.MULTILINE)
 _LATE = re.compile(r'"(tuckerl[\w.]*):\w+"')
 _NAME = re.compile(r"\w+")
+BLAS = "BLAS"
 _LIBRARIES = ("numpy", "scipy", "numba", "gymnasium", "pettingzoo")
 
 
@@ -62,8 +66,23 @@ def _name(module: str) -> str:
 
 @cache
 def _versions() -> dict[str, str]:
-    own = {_PACKAGE: __version__, "python": platform.python_version(), "machine": platform.machine()}
+    own = {_PACKAGE: __version__, "python": platform.python_version(), "machine": platform.machine(), BLAS: _blas()}
     return own | {name: version(name) for name in _LIBRARIES}
+
+
+def _blas() -> str:
+    """Return which kernels BLAS and LAPACK have chosen for this processor: others round in another way."""
+    import scipy.linalg  # noqa: F401  # its own must be loaded, too, before it is asked for
+
+    found = {
+        f"{one['internal_api']} for {one.get('architecture')}" for one in threadpool_info() if one["user_api"] == "blas"
+    }
+    return ", ".join(sorted(found))
+
+
+def completed(code: dict[str, str]) -> dict[str, str]:
+    """Return code with what older versions of tuckerl did not note, which is taken to be as it is here."""
+    return {BLAS: _versions()[BLAS]} | code
 
 
 @cache
@@ -104,6 +123,7 @@ def code_digest(code: dict[str, str]) -> str:
 
 def changes(there: dict[str, Any], here: dict[str, Any], now: str = "now") -> list[str]:
     """Return in words what differs between other code, as of finished runs, and that of now, versions first."""
+    there = completed(there)
     versions = [
         f"{name} {there[name]} there and {here[name]} {now}" for name in _versions() if there.get(name) != here[name]
     ]

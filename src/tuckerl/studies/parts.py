@@ -66,7 +66,7 @@ class Parts:
         """All runs that are stored, by identity; several times where other code has played them, too."""
         self._order: dict[str, int] = {}  # of codes, by when they first played here: parts' names have none
         self._sizes: dict[str, int] = {}
-        self._damaged: list[Path] = []
+        self._damaged: list[tuple[Path, str]] = []  # with the digests that they have
         for path in sorted(folder.glob(f"*{_SUFFIX}")):
             self._open(path)
 
@@ -74,18 +74,20 @@ class Parts:
         """Set aside what is damaged, and delete what a killed process left half written: nobody else may write now."""
         for unfinished in self.folder.glob(f".*{_SUFFIX}.*"):
             unfinished.unlink(missing_ok=True)
-        for path in self._damaged:
+        for path, digest in self._damaged:
             path.replace(path.with_suffix(_ASIDE))
-            warn(
-                f"{path} is damaged and was set aside as {path.stem}{_ASIDE}: the runs in it are played again",
-                DamagedResultsWarning,
-            )
+            what = "is damaged and was set aside as {}: the runs in it are played again"
+            if digest in self._sizes:
+                what = f"has what {digest}{_SUFFIX} has, and was set aside as {{}}: "
+                is_of_part = len(path.stem) == len(digest)  # it is one's name, in whose place it stands
+                what += "the runs that it had are played again" if is_of_part else "nothing is lost"
+            warn(f"{path} {what.format(path.stem + _ASIDE)}", DamagedResultsWarning)
         self._damaged.clear()
 
     def _open(self, path: Path) -> None:
         content = path.read_bytes()
-        if _digest(content) != path.stem:
-            self._damaged.append(path)
+        if (digest := _digest(content)) != path.stem:
+            self._damaged.append((path, digest))
             return
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             index = json.loads(archive.read("index.json"))

@@ -8,27 +8,27 @@ it ``runs.parquet`` and its sisters are made, sorted: the same bytes whatever th
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import polars as pl
 
 from tuckerl.errors import OutputConflictError, OutputError, ParameterError, TuckerlError
-from tuckerl.files import make_folder, write_whole
+from tuckerl.files import FULL, make_folder, write_whole
 from tuckerl.studies.checkpoints import forget
-from tuckerl.studies.executed_code import changes, code_digest
+from tuckerl.studies.executed_code import changes, code_digest, completed
 from tuckerl.studies.folder_lock import FolderLock
 from tuckerl.studies.parts import LOCATION, Fresh, Parts, Stored, parquet
 from tuckerl.studies.runs import Run, all_runs, run_code, run_identities
 from tuckerl.studies.study import Study
+from tuckerl.studies.study_differences import changes_of_study, study_specification
 from tuckerl.studies.tables import KEY, StudyTables
 from tuckerl.studies.workers import Played
 
-_FORMAT = 2
 # What reports make of the tables:
 _SHOWN = ("claims.json", "compare.json", "comparisons.json", "tune.json", "report.html")
 _MADE = "made.json"
-_GROWING = ("runs", "instances")  # numbers of a scenario that may grow
 _FAILURES = "failures"
 
 
@@ -61,10 +61,11 @@ class Results:
     def _stored(self) -> tuple[dict[str, Stored], dict[str, Stored]]:
         """Return the stored runs of the study by identity: of this code or an accepted one; of other code alone."""
         of_now, of_then = dict[str, Stored](), dict[str, Stored]()
+        digests = {digest: code_digest(completed(code)) for digest, code in self._parts.codes.items()}
         for run, identity in self._identities.items():
             found = self._parts.stored.get(identity, [])
             code = self._code[run.scenario, run.variant]
-            of_code = {stored.code: stored for stored in found}
+            of_code = {digests[stored.code]: stored for stored in found}
             accepted = [stored for stored in found if stored.code in self._accepted]
             if code in of_code:
                 of_now[identity] = of_code[code]
@@ -130,12 +131,11 @@ class Store(Results):
         make_folder(folder)
         self._lock = FolderLock(folder)
         try:
-            super().__init__(folder, study)
-            self._open(overwrite=overwrite, accept_code=accept_code)
-        except BaseException as error:
+            with _used(folder):
+                super().__init__(folder, study)
+                self._open(overwrite=overwrite, accept_code=accept_code)
+        except BaseException:
             self.close()
-            if isinstance(error, OSError) and not isinstance(error, TuckerlError):
-                raise OutputError(f"cannot use the folder {folder}: {error}; choose another with --out") from error
             raise
 
     def _open(self, *, overwrite: bool, accept_code: bool) -> None:
@@ -157,7 +157,7 @@ class Store(Results):
             self._finished, self._of_then = self._stored()
         if difference is not None:
             self._forget_shown()
-        held = _specification(self.study) | {"accepted_code": sorted(self._accepted)}
+        held = study_specification(self.study) | {"accepted_code": sorted(self._accepted)}
         if held != self._held:
             write_whole(self.folder / "study.json", json.dumps(held, indent=1).encode())
 
@@ -203,8 +203,9 @@ class Store(Results):
         """Return where runs may keep what they have, if they take long: known by their code, too."""
         folder = self.folder / "checkpoints"
         make_folder(folder)
-        for unfinished in folder.glob(".*"):
-            unfinished.unlink(missing_ok=True)
+        with _used(self.folder):
+            for unfinished in folder.glob(".*"):
+                unfinished.unlink(missing_ok=True)
         return {run: self._checkpoint(run) for run in runs}
 
     def _checkpoint(self, run: Run) -> Path:
@@ -218,19 +219,28 @@ class Store(Results):
             for one in played
             if one.tables is not None
         ]
-        if fresh:
-            self._finished |= self._parts.add(fresh)
-        for one in played:
-            failure = self._failure(one.run)
-            if one.tables is None:
-                make_folder(failure.parent)
-                write_whole(failure, one.error.encode())
-            else:
-                failure.unlink(missing_ok=True)
-                forget(self._checkpoint(one.run))
+        with _used(self.folder):
+            if fresh:
+                self._finished |= self._parts.add(fresh)
+            for one in played:
+                self._note(one)
+
+    def _note(self, one: Played) -> None:
+        """Keep why a run failed, or delete what is no longer needed of one that is stored."""
+        failure = self._failure(one.run)
+        if one.tables is None:
+            make_folder(failure.parent)
+            write_whole(failure, one.error.encode())
+        else:
+            failure.unlink(missing_ok=True)
+            forget(self._checkpoint(one.run))
 
     def write_tables(self) -> StudyTables:
         """Write ``runs.parquet`` and its sisters, where they are not what they should be, and return the tables."""
+        with _used(self.folder):
+            return self._written()
+
+    def _written(self) -> StudyTables:
         if self._parts.bring_together():  # they are elsewhere now
             self._finished, self._of_then = self._stored()
         tables, state = self.tables, self._state()
@@ -264,9 +274,27 @@ class Store(Results):
             held = self._outputs()["runs"]
             return f"{held.name} without study.json" if held.exists() else ""
         try:
-            return next(_changes_of_study(self._held, _specification(self.study)), None)
+            return next(changes_of_study(self._held, study_specification(self.study)), None)
         except (AttributeError, TypeError, KeyError):
             return "its study.json cannot be read"
+
+
+@contextmanager
+def _used(folder: Path) -> Iterator[None]:
+    """Say of whatever the system refuses in the block that the folder cannot be used.
+
+    Raises
+    ------
+    OutputError
+        If that is so.
+    """
+    try:
+        yield
+    except OSError as error:
+        if isinstance(error, TuckerlError):
+            raise
+        advice = "make room there" if error.errno in FULL else "choose another with --out"
+        raise OutputError(f"cannot use the folder {folder}: {error}; {advice}") from error
 
 
 def _read_json(path: Path) -> Any:
@@ -281,52 +309,3 @@ def _read_json(path: Path) -> Any:
 
 def _digest_of(path: Path) -> str | None:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else None
-
-
-def _specification(study: Study) -> dict[str, Any]:
-    """Return which study it is, as JSON."""
-    normal: dict[str, Any] = json.loads(json.dumps({"format": _FORMAT, **study.specification()}))
-    return normal
-
-
-def _changes_of_study(there: dict[str, Any], here: dict[str, Any]) -> Iterator[str]:
-    """Give in words what makes one study another, and not a larger or a smaller one of the same."""
-    if there["format"] != here["format"]:
-        yield f"written by an older or newer tuckerl, in format {there['format']} and not {here['format']}"
-        return
-    yield from differences(there["seed"], here["seed"], "seed")
-    for name, old in there["scenarios"].items():
-        place, new = f"scenarios.{name}", here["scenarios"].get(name)
-        if new is None:
-            yield f"{place} is there and not in this one, which has {', '.join(here['scenarios'])}"
-            continue
-        but_for = ("variants", *_grown(old, new))
-        yield from differences(_without(old, *but_for), _without(new, *but_for), place)
-        for variant, specification in old["variants"].items():
-            own = new["variants"].get(variant)
-            within = f"{place}.variants.{variant}"
-            if own is None:
-                yield f"{within} is there and not in this one"
-            else:
-                yield from differences(specification, own, within)
-
-
-def _grown(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
-    return [name for name in _GROWING if new[name] >= old[name]]
-
-
-def _without(scenario: dict[str, Any], *names: str) -> dict[str, Any]:
-    return {name: value for name, value in scenario.items() if name not in names}
-
-
-def differences(there: Any, here: Any, place: str) -> Iterator[str]:
-    """Give in words what differs between two values of JSON, `place` being where they stand."""
-    if isinstance(there, dict) and isinstance(here, dict):
-        for name in [*here, *(n for n in there if n not in here)]:
-            inside = f"{place}.{name}" if place else name
-            if name in there and name in here:
-                yield from differences(there[name], here[name], inside)
-            else:
-                yield f"{inside} is {'there and not in' if name in there else 'not there and in'} this one"
-    elif there != here:
-        yield f"{place} is {json.dumps(there)} there and {json.dumps(here)} now"

@@ -20,7 +20,7 @@ from tuckerl.adapters.kinds import PROBLEM_KINDS
 from tuckerl.errors import OutputConflictError
 from tuckerl.files import delete_unfinished, make_folder, write_whole
 from tuckerl.studies.folder_lock import FolderLock
-from tuckerl.studies.store import differences
+from tuckerl.studies.study_differences import differences
 from tuckerl.training.learner import Learner
 from tuckerl.training.parameter_json import in_words
 
