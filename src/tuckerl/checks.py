@@ -302,18 +302,31 @@ def check_python_function(name: str, function: object) -> None:
         raise ParameterTypeError(f"{name} must be a Python function; got {shown(function)}")
 
 
+_FEWEST_LETTERS = 2  # that tell a name by its beginning
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return the question which known name may have been meant; "" where none is close."""
-    folded = {one.lower(): one for one in known}
-    close = difflib.get_close_matches(name.lower(), folded, n=1)
+    """Return the question which known name may have been meant; "" where none is close.
+
+    A name that begins as the given one comes first, the shortest of them, then one that is spelt alike, then one that
+    has it inside.
+    """
+    folded, given = {one.lower(): one for one in known}, name.lower()
+    by_length = sorted(sorted(folded, reverse=True), key=len)  # of versions, the latest first
+    begins = [one for one in by_length if len(given) >= _FEWEST_LETTERS and one.startswith(given)]
+    alike = difflib.get_close_matches(given, folded, n=1)
+    has = [one for one in by_length if len(given) > _FEWEST_LETTERS and given in one]
+    close = [*begins, *alike, *has]
     return f"did you mean {folded[close[0]]!r}?" if close else ""
 
 
 _FEW = 12  # names that still make one readable sentence
 
 
-def check_name(kind: str, value: object, known: Iterable[str]) -> str:
+def check_name(kind: str, value: object, known: Iterable[str], more: str = "") -> str:
     """Return `value` if it is one of the `known` names; otherwise say which one may have been meant.
+
+    `more` says where all are shown, for where they are too many to be named and none is close.
 
     Raises
     ------
@@ -327,5 +340,7 @@ def check_name(kind: str, value: object, known: Iterable[str]) -> str:
         raise ParameterTypeError(f"{kind} must be one of {', '.join(names)}; got {shown(value)}")
     if value in names:
         return names[names.index(value)]  # plain text, also where a subclass of it came, which no file could hold
-    others = f"use one of {', '.join(names)}" if len(names) <= _FEW else f"none of the {len(names)} known is close"
+    others = (
+        f"use one of {', '.join(names)}" if len(names) <= _FEW else f"none of the {len(names)} known is close{more}"
+    )
     raise UnknownNameError(f"unknown {kind} {shown(value)}: {did_you_mean(value, names) or others}")

@@ -177,7 +177,7 @@ def make_environment(name: str, keywords: Mapping[str, Any] = MappingProxyType({
     meant = tails.get(_tail(plain))
     if plain not in known and meant is not None:
         raise UnknownNameError(f"unknown environment {shown(plain)}: did you mean {meant!r}?")
-    check_name("environment", plain, known)
+    check_name("environment", plain, known, "; `tuckerl list environments` shows some of them")
     try:
         if plain in gymnasium.registry:
             return gymnasium.make(plain, disable_env_checker=True, **keywords)

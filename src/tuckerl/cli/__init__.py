@@ -16,6 +16,7 @@ from tuckerl._version import __version__
 from tuckerl.cli.compare import compare
 from tuckerl.cli.evaluate import evaluate
 from tuckerl.cli.listing import list_names
+from tuckerl.cli.mistakes import answer
 from tuckerl.cli.reproduce import reproduce
 from tuckerl.cli.show import show
 from tuckerl.cli.signals import endings_are_interrupts
@@ -24,6 +25,7 @@ from tuckerl.cli.train import train
 from tuckerl.cli.tune import tune
 from tuckerl.files import FULL
 
+_NAME = "tuckerl"  # also where it was started by `python -m tuckerl`
 INTERRUPTED = 130
 _INTERRUPTED = "interrupted: what is finished is kept, the same command goes on from there"
 
@@ -72,13 +74,14 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit with its status."""
     try:
         with endings_are_interrupts(), _modules_found_here():
-            status = app(arguments, standalone_mode=False)  # Typer turns an interrupt into this status
+            status = app(arguments, standalone_mode=False, prog_name=_NAME)  # Typer turns an interrupt into this status
         if status == INTERRUPTED:
             status = _complain(_INTERRUPTED, INTERRUPTED)
     except KeyboardInterrupt:  # another one, while it was turning
         status = _complain(_INTERRUPTED, INTERRUPTED)
     except TyperException as error:
-        status = 0 if not error.format_message() else _complain(errors.shortened(error.format_message()), 2)
+        words = sys.argv[1:] if arguments is None else arguments
+        status = 0 if not error.format_message() else _complain(errors.shortened(answer(error, words)), 2)
     except errors.TuckerlError as error:
         status = _complain(str(error), 2)
     except OSError as error:

@@ -9,7 +9,7 @@ from tuckerl.cli.options import EnvSettings
 
 
 def evaluate(
-    file: Annotated[Path, typer.Argument(help="A saved agent, such as agent.tuckerl.")],
+    file: Annotated[Path, typer.Argument(help="A saved agent, such as agent.tuckerl, or its folder.")],
     episodes: Annotated[int, typer.Option(help="How many.")] = 100,
     seed: Annotated[int | None, typer.Option(help="Decides the episodes. Default: the agent's own.")] = None,
     env: Annotated[
@@ -27,9 +27,10 @@ def evaluate(
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.reports.learner_text import evaluation_lines, failure_lines, name_of, regret_lines
     from tuckerl.studies.training import load_learner, names_of_agents
+    from tuckerl.studies.training_folder import agent_at
 
     with compiling_said(), short_warnings():
-        learner = load_learner(file, env, parse_settings(env_settings or (), "--env-set"))
+        learner = load_learner(agent_at(file), env, parse_settings(env_settings or (), "--env-set"))
         evaluation = learner.evaluate(episodes, seed=seed)
         lines = [*evaluation_lines(evaluation, names_of_agents(learner)), *regret_lines(learner)]
         lines += failure_lines(learner, evaluation)

@@ -5,6 +5,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from tuckerl.checks import check_name
 from tuckerl.registers import load
@@ -78,7 +79,7 @@ def list_names(
             listing.name, *listing.columns.values(), title=chosen.capitalize(), title_justify="left", title_style="bold"
         )
         for row in listing.rows():
-            table.add_row(*row)
+            table.add_row(*map(Text, row))
         console.print(table)
     if console.is_terminal and kind in ("environments", "all"):
         console.print(_OTHERS)

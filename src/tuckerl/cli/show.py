@@ -9,7 +9,9 @@ from tuckerl.cli.options import EnvSettings
 
 
 def show(
-    file: Annotated[Path, typer.Argument(help="A saved agent, or a (state, action, episode, agent) .npy or .npz.")],
+    file: Annotated[
+        Path, typer.Argument(help="A saved agent or its folder, or a (state, action, episode, agent) .npy or .npz.")
+    ],
     out: Annotated[Path | None, typer.Option(help="Folder for the page. Default: one in results/show.")] = None,
     layout: Annotated[
         str | None, typer.Option(metavar="ROWS,COLUMNS", help="The grid whose cells are the states, row by row.")
@@ -29,9 +31,11 @@ def show(
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.reports.inspect.file import inspect_file
     from tuckerl.reports.inspect.page import write_inspection
+    from tuckerl.studies.training_folder import agent_at
 
     shape = None if layout is None else parse_numbers(layout, "--layout", 2)
     asked = None if ranks is None else parse_value(ranks)
+    file = agent_at(file)
     with short_warnings():
         inspection, lines = inspect_file(file, shape, asked, env, parse_settings(env_settings or (), "--env-set"))
     name = file.resolve().parent.name if file.name == "agent.tuckerl" else file.stem

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from tuckerl.cli.options import AcceptCode, Cluster, OverwriteStudy, Workers
 
@@ -177,5 +178,5 @@ def _show(status: "StudyStatus") -> None:
     else:
         table = Table("Problem", "Variant", "Runs", "Diverged", f"{measure.capitalize()} [95 % interval]")
         for row in rows:
-            table.add_row(*row)
+            table.add_row(*map(Text, row))
         console.print(table)

@@ -55,9 +55,11 @@ def train(
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.errors import RankWarning
     from tuckerl.reports.learner_text import failure_lines, how_it_plays, training_lines
+    from tuckerl.studies.algorithms import check_order
     from tuckerl.studies.training import Training
     from tuckerl.studies.training_config import TrainingConfig
 
+    check_order("train", algorithm, env)
     given, keywords = parse_parameters(settings or ()), parse_settings(env_settings or (), "--env-set")
     bins = None if quantile_bins is None else parse_numbers(quantile_bins, "--quantile-bins")
     bins = bins[0] if bins and len(bins) == 1 else bins

@@ -54,9 +54,11 @@ def tune(
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.progress import progress_bar
     from tuckerl.reports.tuning_page import outcome, write_tuning
+    from tuckerl.studies.algorithms import check_order
     from tuckerl.studies.tuning import Tuning, TuningConfig
     from tuckerl.studies.tuning_folder import play_tuning
 
+    check_order("tune", algorithm, env)
     given, keywords = parse_parameters(settings or ()), parse_settings(env_settings or (), "--env-set")
     searched, numbers = parse_searches(search or ()), parse_numbers(rungs, "--rungs")
     tuning = Tuning(

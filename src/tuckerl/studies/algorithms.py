@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from tuckerl.adapters.resolve import Agents
 from tuckerl.checks import check_name, did_you_mean, shown
-from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError
+from tuckerl.errors import ParameterError, ParameterTypeError, ProblemError, UnknownNameError
 from tuckerl.generalization.tensor_step import TensorStep
 from tuckerl.learners import LEARNERS
 from tuckerl.studies.environments import has_several_agents
@@ -62,7 +62,21 @@ def named_algorithm(name: str) -> Algorithm:
     UnknownNameError
         If there is none.
     """
-    return ALGORITHMS[check_name("algorithm", name, ALGORITHMS)]
+    return ALGORITHMS[check_name("algorithm", name, ALGORITHMS, "; `tuckerl list algorithms` shows them")]
+
+
+def check_order(command: str, algorithm: str, environment: str) -> None:
+    """Refuse an algorithm and an environment that have changed places, with the line to type.
+
+    Raises
+    ------
+    UnknownNameError
+        If that is so.
+    """
+    if algorithm not in ALGORITHMS and environment in ALGORITHMS:
+        raise UnknownNameError(
+            f"the algorithm comes first, then the environment: `tuckerl {command} {environment} {algorithm}`"
+        )
 
 
 def parameters_of(algorithm: Algorithm) -> tuple[str, ...]:

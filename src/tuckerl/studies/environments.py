@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -34,15 +35,27 @@ def environment_of(name: str, keywords: Mapping[str, Any]) -> Environment:
     return maker(0, name, dict(keywords)) if keywords else name
 
 
+BINS_THAT_LEARN = dict.fromkeys(
+    ("CartPole-v0", "CartPole-v1"), "[[],[],[-0.1,-0.05,-0.02,0,0.02,0.05,0.1],[-0.8,-0.3,0,0.3,0.8]]"
+)
+"""Bins with which Q-learning as it is by default learns to balance within a thousand episodes; by environment."""
+
 _BINS = (
-    "in a command, --set bins=20, or a number or edges for each dimension, such as --set bins='[20,[-1,0,1]]', and in "
-    "train also --quantile-bins 20"
+    "in a command, --set bins={bins}, or a number or edges for each dimension, such as --set bins='[20,[-1,0,1]]', "
+    "and in train also --quantile-bins 20"
 )
 
 
 @contextmanager
-def bins_named(how: str = "") -> Iterator[None]:
-    """Say how the bins that an environment lacks are given: `how`, or else as a command takes them.
+def bins_named(environment: str, how: str = _BINS) -> Iterator[None]:
+    """Say how the bins that an environment lacks are given, with some that learn where these are known.
+
+    Parameters
+    ----------
+    environment : str
+        Its id.
+    how : str
+        What a user writes, in words that have ``{bins}`` in the place of the bins. Default: as commands take them.
 
     Raises
     ------
@@ -54,7 +67,10 @@ def bins_named(how: str = "") -> Iterator[None]:
     except SpaceError as error:
         if "bins" not in str(error):
             raise
-        raise SpaceError(f"{error}; {how or _BINS}") from error
+        known = BINS_THAT_LEARN.get(environment)
+        reason = f"{environment} observes numbers, which tables need in bins" if known else str(error)
+        written = shlex.quote(known or "20") if how == _BINS else known or "20"
+        raise SpaceError(f"{reason}; {how.replace('{bins}', written)}") from error
 
 
 def has_several_agents(name: str) -> bool:

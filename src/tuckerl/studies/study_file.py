@@ -96,6 +96,11 @@ def read_study_file(path: Path) -> StudyFile:
     path = check_path("file", path)
     try:
         text = path.read_bytes().decode()
+    except IsADirectoryError as error:
+        raise ParameterError(
+            f"{path} is a folder: name a study file, or give `tuckerl study resume {path}` where a study was run "
+            "into it"
+        ) from error
     except OSError as error:
         raise ParameterError(f"cannot read the study file {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:

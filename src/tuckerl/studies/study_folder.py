@@ -74,6 +74,15 @@ def kept_file(folder: Path) -> StudyFile:
             is_folder = folder.is_dir()
         except OSError as error:
             raise ParameterError(f"cannot look into {shown(str(folder))}: {error.strerror}") from error
+        if is_file(folder):
+            raise ParameterError(
+                f"{folder} is a file, and a folder was asked for: `tuckerl study run {folder}` plays it"
+            )
+        if is_folder and is_file(folder / "study.json"):
+            raise ParameterError(
+                f"{folder} holds a study that came from no file: the `tuckerl reproduce`, `compare` or `tune` that "
+                "made it goes on with it, and writes its report"
+            )
         what = f"holds no {FILE}, so no study was run into it from a file" if is_folder else "is no folder"
         raise ParameterError(f"{folder} {what}: `tuckerl study run FILE --out {folder}` makes one")
     return read_study_file(path)

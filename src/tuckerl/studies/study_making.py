@@ -18,7 +18,8 @@ from tuckerl.studies.toml_place import Place
 from tuckerl.studies.variants import MadeVariant, NamedEnvironment, control_of, made_variant, scenario_of
 
 _BINS = (
-    "in a study file, settings = { bins = 20 } of a problem or an algorithm, or a number or edges for each dimension"
+    "in a study file, settings = { bins = {bins} } of a problem or an algorithm, or a number or edges for each "
+    "dimension"
 )
 _ELSEWHERE = {
     "n_agents": f"write {AGENTS} = 3 in the [[algorithm]], or {AGENTS} = [1, 3] in its grid",

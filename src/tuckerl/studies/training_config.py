@@ -91,7 +91,7 @@ def build_learner(config: TrainingConfig, environment: Environment) -> Learner:
         source: Any = environment  # what has no Box is refused there
         parameters["bins"] = quantile_edges(source, config.quantile_bins, seed=seed)
     step = None
-    with bins_named():
+    with bins_named(config.environment):
         if algorithm.is_t_version or of_step:
             of_step = of_step if algorithm.is_t_version else {"weights": "none"} | of_step
             problem = as_problem(environment, algorithm.learner.adapter_options(parameters))

@@ -17,7 +17,7 @@ from typing import Any
 
 from tuckerl._version import __version__
 from tuckerl.adapters.kinds import PROBLEM_KINDS
-from tuckerl.errors import OutputConflictError
+from tuckerl.errors import OutputConflictError, SavedFileMissingError
 from tuckerl.files import delete_unfinished, make_folder, write_whole
 from tuckerl.studies.folder_lock import FolderLock
 from tuckerl.studies.study_differences import differences
@@ -177,6 +177,25 @@ class TrainingFolder:
             f"{self.path} holds another agent ({difference}): choose another folder with --out, or replace it with "
             "--overwrite"
         )
+
+
+def agent_at(place: Path) -> Path:
+    """Return the file of a saved agent: `place`, or the agent in the folder that `place` is.
+
+    Raises
+    ------
+    SavedFileMissingError
+        If the folder holds no agent; a study's folder is named as such.
+    """
+    if not place.is_dir() or (place / AGENT).is_file():
+        return place / AGENT if place.is_dir() else place
+    page = place / "report.html"
+    if (place / "study.json").exists():
+        look = f"open {page}" if page.exists() else f"`tuckerl study report {place}` writes its report"
+        raise SavedFileMissingError(
+            f"{place} holds the runs of a study, whose agents are not kept: {look}, or keep one with `tuckerl train`"
+        )
+    raise SavedFileMissingError(f"the folder {place} holds no {AGENT}: name one that `tuckerl train` made, or a file")
 
 
 def is_in_file(kind: str) -> bool:

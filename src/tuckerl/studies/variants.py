@@ -90,7 +90,7 @@ class MadeVariant(NamedTuple):
 
 
 def made_variant(
-    algorithm: Algorithm, settings: Mapping[str, Any], n_agents: int, environment: NamedEnvironment, bins: str = ""
+    algorithm: Algorithm, settings: Mapping[str, Any], n_agents: int, environment: NamedEnvironment, *bins: str
 ) -> MadeVariant:
     """Return an algorithm with its settings as a variant, named as the algorithm; its learner has been made once.
 
@@ -101,8 +101,8 @@ def made_variant(
         By the name of a parameter, of the learner or of the tensor step.
     n_agents : int
     environment : NamedEnvironment
-    bins : str
-        How its user gives the bins that an environment lacks; "" for a command's way.
+    *bins : str
+        How its user gives the bins that an environment lacks, where that is not a command's way.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def made_variant(
     """
     check_plays(algorithm, environment.name)
     parameters, _ = split_settings(algorithm, settings)
-    with bins_named(bins):
+    with bins_named(environment.name, *bins):
         env = environment.for_learner(algorithm.learner, parameters)
         learner = algorithm.learner(env, **parameters, n_agents=n_agents)
     sizes = (learner.problem.n_states, learner.problem.n_actions)
