@@ -8,8 +8,9 @@ import polars as pl
 import pytest
 
 from tests.cli import pennies_world
-from tuckerl import progress
 from tuckerl.cli import main
+from tuckerl.reports import live_view
+from tuckerl.studies.run_progress import RunProgress
 
 MAZE = ["--env", "tuckerl/DynaMaze-v0", "--env-set", "rows=6", "--env-set", "columns=9", "--env-set", "goal=0,8"]
 SMALL = [*MAZE, "--env-set", "start=2,0", "--episodes", "20"]
@@ -49,16 +50,16 @@ def test_ctrl_c_keeps_what_is_finished(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     @contextmanager
-    def interrupting(what: str) -> Iterator[Callable[[int, int], None]]:
-        def report(done: int, total: int) -> None:
-            if done >= 2:
+    def interrupting(what: str) -> Iterator[Callable[[RunProgress], None]]:
+        def report(runs: RunProgress) -> None:
+            if runs.n_done >= 2:
                 raise KeyboardInterrupt
 
         yield report
 
     arguments = ["compare", "sarsa", "q-learning", *SMALL, "--runs", "4", "--workers", "1", "--out", str(tmp_path)]
     with monkeypatch.context() as patched:
-        patched.setattr(progress, "progress_bar", interrupting)
+        patched.setattr(live_view, "runs_shown", interrupting)
         assert status_of(arguments) == 130
     shown = capsys.readouterr()
     assert shown.err == "tuckerl: interrupted: what is finished is kept, the same command goes on from there\n"
@@ -72,10 +73,10 @@ def test_ctrl_c_keeps_what_is_finished(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["sarsa", "tsarsa", *SMALL], "unknown algorithm 'tsarsa': did you mean 'sarsa'?"),
+        (["sarsa", "tsarsa", *SMALL], "unknown algorithm 'tsarsa': did you mean 'tsarsa-lambda'?"),
         (["sarsa", "q-learning", "--env", "tuckerl/DynaMase"], "unknown environment 'tuckerl/DynaMase': did you mean "),
-        (["sarsa", "q-learning"], "Missing option '--env'"),
-        (["sarsa", *SMALL], "Missing argument 'candidate'"),
+        (["sarsa", "q-learning"], "the environment is given by --env: `tuckerl compare"),
+        (["sarsa", *SMALL], "the second algorithm is missing, as in `tuckerl compare"),
         (["sarsa", "q-learning", *SMALL, "--set", "alpha"], "--set must be given NAME=VALUE"),
         (["sarsa", "q-learning", *SMALL, "--set", "alhpa=1"], "has no parameter 'alhpa': did you mean 'alpha'?"),
         (["sarsa", "q-learning", *SMALL, "--set", "alpha=fast"], "alpha must be a number in (0, 1]; got 'fast'"),

@@ -266,7 +266,7 @@ def test_warnings_are_one_line_and_default_ranks_need_none(capsys: pytest.Captur
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["tsarsa", "FrozenLake-v1"], "unknown algorithm 'tsarsa': did you mean 'sarsa'?"),
+        (["tsarsa", "FrozenLake-v1"], "unknown algorithm 'tsarsa': did you mean 'tsarsa-lambda'?"),
         (["sarsa", "FrozenLak-v1"], "unknown environment 'FrozenLak-v1': did you mean 'FrozenLake-v1'?"),
         (["sarsa", "no_such:FrozenLake-v1"], "there is no module 'no_such' to import"),
         (

@@ -93,7 +93,9 @@ def test_more_runs_variants_and_problems_play_only_what_is_new(folder: Path, tmp
     pond = '[[problem]]\nname = "pond"\nenv = "FrozenLake-v1"\nruns = 1\n\n[[problem]]'
     text = changed(("runs = 3", "runs = 4"), ("[0.1,", "[0.05, 0.1,"), ("[[problem]]", pond))
     file, told = parse_study_file(text), list[tuple[int, int]]()
-    tables = play_study(file, study_of(file), grown, workers=1, progress=lambda *counts: told.append(counts))
+    tables = play_study(
+        file, study_of(file), grown, workers=1, progress=lambda runs: told.append((runs.n_done, runs.n_total))
+    )
     assert told[0] == (12, 5 * 4 + 5)
     assert (grown / "study.toml").read_text() == text
     before = pl.read_parquet(folder / "runs.parquet")

@@ -7,6 +7,7 @@ from pathlib import Path
 from tuckerl.problems.maze import Maze, sutton_maze
 from tuckerl.studies.dyna_maze import DYNA_MAZE
 from tuckerl.studies.reproduce import run_study
+from tuckerl.studies.run_progress import RunProgress
 from tuckerl.studies.study import Study
 
 
@@ -21,9 +22,9 @@ SMALL = Study(
 )
 
 
-def say(done: int, total: int) -> None:
+def say(runs: RunProgress) -> None:
     """Write how many runs are finished of how many."""
-    sys.stdout.write(f"{done} {total}\n")
+    sys.stdout.write(f"{runs.n_done} {runs.n_total}\n")
     sys.stdout.flush()
 
 

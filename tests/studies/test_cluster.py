@@ -23,6 +23,7 @@ from tuckerl.studies import cluster, cluster_worker
 from tuckerl.studies.cluster import play_on_cluster
 from tuckerl.studies.cluster_worker import play, prepare, sent
 from tuckerl.studies.reproduce import run_study
+from tuckerl.studies.run_progress import RunProgress
 from tuckerl.studies.runs import all_runs
 from tuckerl.studies.study import Study
 from tuckerl.studies.workers import Played, tasks_of
@@ -59,8 +60,8 @@ def played_by(made: Any, study: Study) -> list[Played]:
 def test_results_are_the_same_bytes_while_workers_die_and_join(study: Study, tmp_path: Path, processes: Any) -> None:
     killed: list[int] = []
 
-    def kill(done: int, total: int) -> None:
-        if done and not killed:
+    def kill(runs: RunProgress) -> None:
+        if runs.n_done and not killed:
             with Client(processes.scheduler_address, set_as_default=False) as client:
                 killed.append(next(iter(client.run(os.getpid).values())))
             os.kill(killed[0], signal.SIGKILL)

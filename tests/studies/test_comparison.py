@@ -27,6 +27,7 @@ from tuckerl.studies.comparison import ComparisonConfig, comparison_study
 from tuckerl.studies.comparison_result import summarise_comparison
 from tuckerl.studies.environments import environment_specification, listed_environments
 from tuckerl.studies.reproduce import run_study
+from tuckerl.studies.run_progress import RunProgress
 from tuckerl.studies.runs import run_code
 from tuckerl.studies.store import Store
 
@@ -135,8 +136,8 @@ def test_workers_do_not_change_a_bit(tmp_path: Path) -> None:
 def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(tmp_path: Path) -> None:
     made = small_comparison(n_runs=3)
 
-    def interrupt(done: int, total: int) -> None:
-        if done >= 1:
+    def interrupt(runs: RunProgress) -> None:
+        if runs.n_done >= 1:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

@@ -26,6 +26,7 @@ from tuckerl.studies.executed_code import changes
 from tuckerl.studies.parts import Parts
 from tuckerl.studies.playing import play_run
 from tuckerl.studies.reproduce import run_study
+from tuckerl.studies.run_progress import RunProgress
 from tuckerl.studies.runs import Run, all_runs, run_code
 from tuckerl.studies.store import Store
 from tuckerl.studies.study import Scenario, Study, Variant
@@ -86,9 +87,9 @@ def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(
     monkeypatch.setattr(reproduce, "_SECONDS_BETWEEN_WRITES", 0.0)
     monkeypatch.setattr(reproduce, "_WRITES_SHARE", 1.0)
 
-    def interrupt(done: int, total: int) -> None:
-        assert total == 20
-        if done >= 5:
+    def interrupt(runs: RunProgress) -> None:
+        assert runs.n_total == 20
+        if runs.n_done >= 5:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -98,7 +99,7 @@ def test_an_interrupt_keeps_what_is_finished_and_the_rest_follows(
         assert {Run("dyna-maze", variant.name, 0, 0) for variant in study.scenarios[0].variants} <= finished
         assert len(finished) < 20
     seen: list[int] = []
-    run_study(study, tmp_path / "halting", workers=1, progress=lambda done, total: seen.append(done))
+    run_study(study, tmp_path / "halting", workers=1, progress=lambda runs: seen.append(runs.n_done))
     assert seen[0] == len(finished)
     assert seen[-1] == 20
     run_study(study, tmp_path / "straight", workers=1)

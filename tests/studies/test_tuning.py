@@ -11,6 +11,7 @@ from tuckerl.errors import MissingExtraError, OutputConflictError, ParameterErro
 from tuckerl.reports.tuning_page import command, outcome, write_tuning
 from tuckerl.studies import reproduce
 from tuckerl.studies.algorithms import ALGORITHMS
+from tuckerl.studies.run_progress import RunProgress
 from tuckerl.studies.runs import Run, run_code, run_identities
 from tuckerl.studies.search_space import DEFAULT_RANGES, Choices, Range, Searched, SearchSpace
 from tuckerl.studies.statistics import Pairs
@@ -135,9 +136,9 @@ def test_an_interrupt_anywhere_changes_nothing(
     def stop_in(part: int) -> Any:
         begun: list[int] = []
 
-        def progress(done: int, total: int) -> None:
-            if total not in begun:
-                begun.append(total)
+        def progress(runs: RunProgress) -> None:
+            if runs.n_total not in begun:
+                begun.append(runs.n_total)
             elif len(begun) == part:  # one of its runs is finished
                 raise KeyboardInterrupt
 

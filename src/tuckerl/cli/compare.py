@@ -45,10 +45,10 @@ def compare(
     from tuckerl.cli.compiling import compiling_said
     from tuckerl.cli.settings import parse_parameters, parse_settings
     from tuckerl.cli.warnings import short_warnings
-    from tuckerl.progress import progress_bar
     from tuckerl.reports.comparison_page import outcome, write_comparison
     from tuckerl.reports.comparison_text import regrets_of
     from tuckerl.reports.learner_text import by_agent
+    from tuckerl.reports.live_view import runs_shown
     from tuckerl.studies.comparison import ComparisonConfig, comparison_study
     from tuckerl.studies.comparison_result import means_by_agent, summarise_comparison
     from tuckerl.studies.reproduce import run_study
@@ -57,7 +57,7 @@ def compare(
     config = ComparisonConfig(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed)
     comparison = comparison_study(config)
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
-    with compiling_said(), short_warnings(), progress_bar("runs") as progress:
+    with compiling_said(), short_warnings(), runs_shown("runs") as progress:
         tables = run_study(
             comparison.study,
             folder,

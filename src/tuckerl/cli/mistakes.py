@@ -208,7 +208,7 @@ def _missing(error: Any, words: list[str], known: list[str]) -> str:
         rest = [word for word in words if word not in more]
         return f"the environment is given by --env: {line([*rest, '--env', *(more or [_EXAMPLES[name]])])}"
     if name not in arguments:
-        return error.format_message().rstrip(".") + f": `tuckerl {' '.join(path)} --help` tells of it"
+        return f"{error.format_message().rstrip('.')}: `tuckerl {' '.join(path)} --help` tells of it"
     options = words[len(path) :]
     for word in given:
         options.remove(word)

@@ -32,7 +32,8 @@ def reproduce(
     # Imported here, so that --help is quick.
     from tuckerl.cli.compiling import compiling_said
     from tuckerl.cli.warnings import short_warnings
-    from tuckerl.progress import default_workers, progress_bar
+    from tuckerl.progress import default_workers
+    from tuckerl.reports.live_view import runs_shown
     from tuckerl.reports.report import write_report
     from tuckerl.reports.verdicts import verdict_table
     from tuckerl.studies.ablation import ablation_study, ablations
@@ -46,7 +47,7 @@ def reproduce(
     folder = out or Path("results") / ("quick" if quick else "paper")
 
     def play(part: Study, where: Path, label: str) -> StudyTables:
-        with compiling_said(), short_warnings(), progress_bar(label) as progress:
+        with compiling_said(), short_warnings(), runs_shown(label) as progress:
             return play_study(part, where, player, overwrite=overwrite, accept_code=accept_code, progress=progress)
 
     study = scenario_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)

@@ -52,7 +52,7 @@ def tune(
     from tuckerl.cli.compiling import compiling_said
     from tuckerl.cli.settings import parse_numbers, parse_parameters, parse_searches, parse_settings
     from tuckerl.cli.warnings import short_warnings
-    from tuckerl.progress import progress_bar
+    from tuckerl.reports.live_view import runs_shown
     from tuckerl.reports.tuning_page import outcome, write_tuning
     from tuckerl.studies.algorithms import check_order
     from tuckerl.studies.tuning import Tuning, TuningConfig
@@ -67,7 +67,7 @@ def tune(
         )
     )
     folder = out or Path("results") / "tune" / re.sub(r"[^\w.-]+", "-", f"{algorithm}-{env}")
-    with compiling_said(), short_warnings(), progress_bar("runs") as progress:
+    with compiling_said(), short_warnings(), runs_shown("runs") as progress:
         result = play_tuning(
             tuning,
             folder,

@@ -1,6 +1,7 @@
 """A study as its users have it: read from a file, played into a folder, looked at, reported, exported."""
 
 import io
+from contextlib import nullcontext
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
@@ -10,7 +11,7 @@ import polars as pl
 from tuckerl.checks import check_flag, check_int, check_path
 from tuckerl.errors import ParameterError
 from tuckerl.files import is_file, make_folder, write_whole
-from tuckerl.progress import progress_bar
+from tuckerl.reports.live_view import runs_shown
 from tuckerl.reports.study_page import outcomes_of, write_study
 from tuckerl.reports.text import counted
 from tuckerl.studies.estimates import reached_of
@@ -161,7 +162,8 @@ class Study:
         runs : int, optional
             Only so many runs of each variant for now, where it has more.
         progress : bool
-            Whether to show a progress bar on a terminal.
+            Whether to show, on standard error, how far it is: with each variant's mean so far on a terminal, a line
+            every half minute elsewhere.
 
         Returns
         -------
@@ -181,7 +183,7 @@ class Study:
         folder = check_path("folder", folder)
         overwrite, shown = check_flag("overwrite", overwrite), check_flag("progress", progress)
         accept_code = check_flag("accept_code", accept_code)
-        with progress_bar("runs") as bar:
+        with runs_shown("runs") if shown else nullcontext() as show:
             return play_study(
                 self._file,
                 self._plan,
@@ -191,7 +193,7 @@ class Study:
                 overwrite=overwrite,
                 accept_code=accept_code,
                 runs=runs,
-                progress=bar if shown else None,
+                progress=show,
             )
 
     def status(self, folder: str | PathLike[str]) -> StudyStatus:

@@ -36,7 +36,7 @@ def environment_of(name: str, keywords: Mapping[str, Any]) -> Environment:
 
 
 BINS_THAT_LEARN = dict.fromkeys(
-    ("CartPole-v0", "CartPole-v1"), "[[],[],[-0.1,-0.05,-0.02,0,0.02,0.05,0.1],[-0.8,-0.3,0,0.3,0.8]]"
+    ("CartPole-v0", "CartPole-v1"), "[[],[],[-0.12,-0.07,-0.04,0,0.04,0.07,0.12],[-0.8,-0.4,0,0.4,0.8]]"
 )
 """Bins with which Q-learning as it is by default learns to balance within a thousand episodes; by environment."""
 

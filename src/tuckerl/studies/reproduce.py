@@ -11,6 +11,7 @@ from tuckerl.errors import FailedRunsWarning, ParameterError, warn
 from tuckerl.progress import default_workers
 from tuckerl.studies.cluster import play_on_cluster
 from tuckerl.studies.processes import Processes
+from tuckerl.studies.run_progress import RunProgress
 from tuckerl.studies.runs import Run
 from tuckerl.studies.store import Store
 from tuckerl.studies.study import Study
@@ -21,8 +22,8 @@ _SECONDS_BETWEEN_WRITES = 0.5
 _WRITES_SHARE = 0.05  # of the time, at most
 _QUICKLY_WRITTEN = 1_000_000  # rows, within a second
 
-Progress = Callable[[int, int], None]
-"""Called with the number of runs that are finished and stored, and of all runs."""
+Progress = Callable[[RunProgress], None]
+"""Called when runs have been stored, twice a second at most, and before the first."""
 Player = Callable[[Study, Sequence[Task]], Generator[list[Played], None, None]]
 
 
@@ -115,7 +116,7 @@ def play_study(
         missing = store.missing()
         tasks = tasks_of(missing, store.checkpoints(missing))
         try:
-            _play(store, tasks, player, progress or (lambda done, total: None))
+            _play(store, tasks, player, progress)
         except KeyboardInterrupt:
             if store.n_rows < _QUICKLY_WRITTEN:  # otherwise its end would have to be waited for
                 store.write_tables()
@@ -136,26 +137,39 @@ def _tell_of(failures: dict[Run, Path]) -> None:
         )
 
 
-def _play(store: Store, tasks: list[Task], player: Player, progress: Progress) -> None:
+def _play(store: Store, tasks: list[Task], player: Player, progress: Progress | None) -> None:
     """Play the tasks, store what they leave, and say so when it is stored."""
-    done = len(store.finished())
-    total = done + len(tasks)
+    keep = _keeper(store, len(tasks), progress)
     waiting: list[Played] = []
     due = time.monotonic()
-    progress(done, total)
     try:
         with closing(player(store.study, tasks)) as played:
             for results in played:
                 waiting += results
                 begun = time.monotonic()
                 if begun > due:
-                    store.add(waiting)
-                    done += sum(one.tables is not None for one in waiting)
+                    keep(waiting)
                     waiting = []
-                    progress(done, total)
                     now = time.monotonic()
                     due = now + max(_SECONDS_BETWEEN_WRITES, (now - begun) / _WRITES_SHARE)
     finally:
         if waiting:
-            store.add(waiting)
-            progress(done + sum(one.tables is not None for one in waiting), total)
+            keep(waiting)
+
+
+def _keeper(store: Store, n_missing: int, progress: Progress | None) -> Callable[[list[Played]], None]:
+    """Return what stores runs, and then says so to whom it may concern."""
+    if progress is None:
+        return store.add
+    n_done = len(store.finished())
+    known = RunProgress(
+        store.study, n_done, n_done + n_missing, store.tables if 0 < store.n_rows < _QUICKLY_WRITTEN else None
+    )
+    progress(known)
+
+    def keep(played: list[Played]) -> None:
+        store.add(played)
+        known.add(played)
+        progress(known)
+
+    return keep

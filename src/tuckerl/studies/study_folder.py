@@ -15,6 +15,7 @@ from tuckerl.files import is_file, write_whole
 from tuckerl.studies.estimates import Estimate, Reached
 from tuckerl.studies.parts import Parts
 from tuckerl.studies.reproduce import Progress, run_study
+from tuckerl.studies.run_progress import RunProgress
 from tuckerl.studies.runs import run_identities
 from tuckerl.studies.store import Results
 from tuckerl.studies.study import Study, Variant
@@ -128,13 +129,13 @@ def play_study(
         study = replace(study, scenarios=tuple(one.resized(n_runs=min(one.n_runs, most)) for one in study.scenarios))
     kept = False
 
-    def report(done: int, total: int) -> None:
+    def report(runs: RunProgress) -> None:
         nonlocal kept
         if not kept:  # from here on, the folder is this study's
             write_whole(folder / FILE, file.text.encode())
             kept = True
         if progress is not None:
-            progress(done, total)
+            progress(runs)
 
     return run_study(
         study,
