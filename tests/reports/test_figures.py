@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from tests.reports.examples import LEVELS, N_EPISODES, SCENARIO, SCENARIOS, nothing_of, summary_of
 from tuckerl.errors import ProblemError
 from tuckerl.problems.maze import sutton_maze
-from tuckerl.reports.action_weights import WEIGHT_LINES
+from tuckerl.reports.action_weights import WEIGHTS
 from tuckerl.reports.curves import CURVES, panels_of
 from tuckerl.reports.figure import FigureSpec, draw_figures, own_style
 from tuckerl.reports.figures import FIGURES
@@ -139,7 +139,7 @@ def test_omega_shows_each_action_of_the_pictured_variants_and_the_control() -> N
             assert line_data(figure, panel, action) == ([10, 20], [level, level])
         assert line_data(figure, panel, 4)[1] == [0.5, 0.5]
         texts = [text.get_text() for text in figure.axes[panel].texts]
-        assert texts == ["constant control, 1/√4 = 0.5", "down", "right", "up", "left"]
+        assert texts == ["down", "right", "up", "constant", "left"]
 
 
 def test_files_are_the_same_bytes_whatever_the_users_settings(drawn: tuple[FigureSpec[Any], Scenario]) -> None:
@@ -174,10 +174,10 @@ def test_weights_of_runs_that_all_diverged_later_can_be_drawn() -> None:
 
 
 def test_the_last_weights_stand_beside_their_curves() -> None:
-    said = WEIGHT_LINES.alt(summary_of())
-    weights = "up 0.50, down 0.40, left 0.60, right 0.48"
-    assert said.endswith(f"After the last window, dyna-ht-1: {weights}; dyna-ht-3: {weights}.")
-    assert WEIGHT_LINES.alt(nothing_of()).endswith("After the last window, none.")
+    said = WEIGHTS.alt(summary_of())
+    weights = "left 0.6, up 0.5, right 0.48, down 0.4"
+    assert said.endswith(f"After the last window, largest first: dyna-ht-1: {weights}; dyna-ht-3: {weights}.")
+    assert WEIGHTS.alt(nothing_of()) == "No weights to show."
 
 
 def test_letters_are_at_least_8_points(drawn: tuple[FigureSpec[Any], Scenario]) -> None:
@@ -223,9 +223,8 @@ def names_of_actions(scenario: Scenario) -> tuple[str, ...]:
 def test_maps_of_weights_show_every_action_of_the_one_agent_version(place: int) -> None:
     scenario = SCENARIOS[place]
     names = names_of_actions(scenario)
-    over_time, _, last = (
-        DRAWN[f"omega-{scenario.name}"][0].draw(summary_of(scenario)).axes
-    )  # the second is the colour bar's
+    # The third is the colour bar's.
+    over_time, last, _ = DRAWN[f"omega-{scenario.name}"][0].draw(summary_of(scenario)).axes
     assert over_time.get_title(loc="left") == f"{scenario.algorithm.t_version}-1"
     assert [label.get_text() for label in over_time.get_yticklabels()] == list(names)
     assert over_time.get_ylim() == (len(names) - 0.5, -0.5), "from the first action down to the last"

@@ -1,5 +1,6 @@
 """What the figures of the inspection show and say, on tables made by hand."""
 
+import base64
 import math
 import re
 from pathlib import Path
@@ -8,20 +9,23 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from markupsafe import escape
-from matplotlib.collections import PolyCollection
+from matplotlib.axes import Axes
+from matplotlib.quiver import Quiver
 
 from tuckerl.errors import OutputError, ProblemError, TensorError
 from tuckerl.generalization.loadings import Loadings
 from tuckerl.generalization.step_history import TensorStepHistory, empty_history
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.reports.figure import FigureSpec, own_style
-from tuckerl.reports.inspect import Inspection, inspect_tensor, inspection_figures, write_inspection
+from tuckerl.reports.inspect import Inspection, explore, inspect_tensor, inspection_figures, write_inspection
 from tuckerl.reports.inspect.agents import AGENTS, differences
-from tuckerl.reports.inspect.cells import counting_ticks, room_for
+from tuckerl.reports.inspect.content import StatePath
 from tuckerl.reports.inspect.curve import CURVE, blocks, running_mean, window_of
+from tuckerl.reports.inspect.explore import listed, live_states
 from tuckerl.reports.inspect.figures import FIGURES
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, arrows, direction, greedy, values
-from tuckerl.reports.inspect.loadings import LOADINGS, MOST_STATES, STATE_LOADINGS, on_all_states, shown_rows
+from tuckerl.reports.inspect.loadings import LOADINGS, MOST_STATES, STATE_LOADINGS, on_all_states, shown_rows, strengths
+from tuckerl.reports.inspect.maps import cell_of, counting_ticks
 from tuckerl.reports.inspect.policy import PLAIN, POLICY, draw_policy, stride
 from tuckerl.reports.inspect.windows import (
     COPIED,
@@ -116,22 +120,22 @@ def test_arrows_lead_along_a_shortest_path_of_a_maze() -> None:
         assert cell == maze.goal
 
 
+def arrows_of(axes: Axes) -> Quiver:
+    (found,) = [one for one in axes.collections if isinstance(one, Quiver)]
+    return found
+
+
 def test_each_drawn_arrow_points_where_its_action_leads() -> None:
     q = np.zeros((1, 6, 4))
     for state, action in enumerate((0, 1, 2, 3)):
         q[0, state, action] = 1.0
     figure = draw_policy(inspection_of(q, (2, 3), blocked=np.array([0, 0, 0, 0, 0, 1], dtype=np.bool_)))
-    (arrows,) = [one for one in figure.axes[0].collections if isinstance(one, PolyCollection)]
-    found = {}
-    for path in arrows.get_paths():
-        corners = np.asarray(path.vertices)[:7]
-        tail, tip = (corners[0] + corners[6]) / 2, corners[3]
-        centre = (tail + tip) / 2
-        found[tuple(np.round(centre).astype(int).tolist())] = tuple(
-            np.sign(np.round(tip - tail, 6)).astype(int).tolist()
-        )
-    # (column, row) of the cell, (right, down) of the arrow; states 4 (all equal) and 5 (blocked) have none.
-    assert found == {(0, 0): (0, -1), (1, 0): (0, 1), (2, 0): (-1, 0), (0, 1): (1, 0)}
+    drawn = arrows_of(figure.axes[0])
+    rows = zip(np.asarray(drawn.XY).tolist(), np.sign(np.asarray(drawn.U)), np.sign(np.asarray(drawn.V)), strict=True)
+    found = {tuple(place): (int(right), int(up)) for place, right, up in rows}
+    # (column, row) of the cell, (right, up) of the arrow; states 4 (all equal) and 5 (blocked) have none.
+    assert found == {(0, 0): (0, 1), (1, 0): (0, -1), (2, 0): (-1, 0), (0, 1): (1, 0)}
+    assert drawn.angles == "uv", "up is up on paper, though rows are counted downwards"
     low, high = figure.axes[0].get_ylim()
     assert low > high  # row 0 is at the top
 
@@ -150,30 +154,33 @@ def test_the_policys_caption_counts_what_is_preferred_tied_blocked_and_infinite(
 
 
 def test_arrows_are_thinned_out_where_cells_are_small() -> None:
-    assert stride(room_for((39, 36))) == 1
-    assert stride(room_for((100, 100))) == 2
+    assert stride((39, 36)) == 1
+    assert stride((100, 100)) == 2
     rng = np.random.default_rng(1)
     inspection = inspection_of(rng.normal(size=(1, 10_000, 4)), (100, 100))
     assert "every second row and column" in POLICY.caption(inspection)
-    (arrows,) = [one for one in draw_policy(inspection).axes[0].collections if isinstance(one, PolyCollection)]
-    assert len(arrows.get_paths()) == 2500
+    assert arrows_of(draw_policy(inspection).axes[0]).N == 2500
 
 
-def test_arrows_keep_their_shape_in_oblong_cells() -> None:
-    q = np.tile([0.0, 0, 0, 1], (1, 600, 1))
-    figure = draw_policy(inspection_of(q, (1, 600)))
-    (arrows,) = [one for one in figure.axes[0].collections if isinstance(one, PolyCollection)]
-    room = room_for((1, 600))
-    box = arrows.get_paths()[0].get_extents()
-    assert (box.width * room.across) / (box.height * room.down) == pytest.approx(2 / 1.04)
+def test_cells_are_squares_unless_a_side_would_vanish() -> None:
+    assert cell_of((3, 4)).across == cell_of((3, 4)).down
+    assert cell_of((1, 600)).down == pytest.approx(0.3 * 72)
+
+
+def test_the_greedy_path_is_a_line_through_its_cells() -> None:
+    path = StatePath("greedy path", (np.array([0, 1, 4]),), "it ends after 2 steps")
+    inspection = inspection_of(np.zeros((1, 6, 4)), (2, 3), paths=[path])
+    line = draw_policy(inspection).axes[0].lines[-1]
+    assert np.asarray(line.get_xydata()).tolist() == [[0, 0], [1, 0], [1, 1]]
+    assert "Line: the greedy path from the start; it ends after 2 steps." in POLICY.caption(inspection)
 
 
 def test_actions_without_a_direction_have_marks_with_a_legend() -> None:
     q = np.eye(3)[[0, 1, 2, 0]][np.newaxis]
     inspection = inspection_of(q, (2, 2), action_names=["left", "wait", "dig"])
-    axes = draw_policy(inspection).axes[0]
-    legend = axes.get_legend()
-    assert legend is not None
+    figure = draw_policy(inspection)
+    axes = figure.axes[0]
+    (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["wait", "dig"]
     assert [(line.get_xdata(), line.get_ydata()) for line in axes.lines] == [([1], [0]), ([0], [1])]
 
@@ -208,7 +215,7 @@ def test_a_profile_shows_sorted_values_and_how_often_each_action_is_greedy() -> 
     assert np.asarray(curve.lines[0].get_ydata()).tolist() == [7, 6, 5]
     assert [bar.get_width() for bar in bars.patches] == [1, 2]  # type: ignore[attr-defined]
     assert "3 of 70 states; their values are from 5 to 7" in PLAIN.caption(inspection)
-    assert "is not shown" in PLAIN.caption(inspection)
+    assert "on a screen they stand in a list" in PLAIN.caption(inspection)
     assert PLAIN.alt(inspection).endswith("is 7, of state 1. Greedy: a1 in 2 and a0 in 1 states.")
 
 
@@ -457,7 +464,7 @@ def test_the_page_holds_every_figure_and_says_what_is_missing(tmp_path: Path) ->
     assert "There is no learning curve" in text
     assert escape(POLICY.caption(inspection)) in text
     assert text.count("<svg") == 1
-    assert 'src="http' not in text
+    assert not re.search(r'(src|href)="http|url\(http', text)
     assert sorted(file.name for file in (tmp_path / "out" / "figures").iterdir()) == ["policy.png", "policy.svg"]
     first = page.read_bytes()
     assert write_inspection(inspection, tmp_path / "out").read_bytes() == first
@@ -472,4 +479,59 @@ def test_no_two_things_on_the_page_have_one_id(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot make the folder"):
-        write_inspection(everything(), tmp_path / "file")
+        write_inspection(LITTLE["one state without layout"], tmp_path / "file")
+
+
+def test_a_page_lists_all_open_states_or_those_in_which_most_was_learned(monkeypatch: pytest.MonkeyPatch) -> None:
+    q = np.zeros((2, 6, 4))
+    q[0, [1, 4], 0] = (3.0, 9.0)
+    blocked = np.array([0, 0, 0, 0, 0, 1], dtype=np.bool_)
+    inspection = inspection_of(q, blocked=blocked)
+    n_agents, states = listed(inspection)
+    assert (n_agents, states.tolist()) == (2, [0, 1, 2, 3, 4])
+    assert live_states(inspection).content["note"] == ""
+    monkeypatch.setattr(explore, "MOST_VALUES", 20)
+    assert listed(inspection)[0] == 1
+    monkeypatch.setattr(explore, "MOST_VALUES", 8)
+    assert listed(inspection)[1].tolist() == [1, 4]
+    note = live_states(inspection).content["note"]
+    assert "Listed are the 2 of 5 states whose values are farthest apart. Only the first 1 agent of 2 can be" in note
+
+
+def test_a_pages_numbers_are_the_tables_numbers() -> None:
+    inspection = everything()
+    content = live_states(inspection).content
+    read = np.frombuffer(base64.b64decode(content["q"][2]), "<f4").reshape(12, 4)
+    np.testing.assert_array_equal(read, inspection.q[2].astype(np.float32))
+    best = np.frombuffer(base64.b64decode(content["best"][1]), "<i4")
+    np.testing.assert_array_equal(best, inspection.best[1])
+    assert content["ways"] == [(-1, 0), (1, 0), (0, -1), (0, 1)]
+
+
+def test_a_state_loading_is_as_strong_as_its_part_of_the_episodes_tables() -> None:
+    inspection = everything()
+    loadings = inspection.decomposed
+    found = strengths(loadings)
+    for episode in range(6):
+        core = np.tensordot(loadings.factors[2][episode], loadings.core, (0, 2))  # (r_0, r_1, r_3)
+        others = np.einsum("san,pa,mn->spm", core, loadings.factors[1], loadings.factors[3])
+        expected = np.sqrt(np.square(others).sum(axis=(1, 2)))  # factors' columns are orthonormal
+        np.testing.assert_allclose(found[episode] / found[0], expected / np.linalg.norm(core_of(loadings, 0), axis=1))
+    assert found.max(axis=0).tolist() == [1.0, 1.0, 1.0]
+
+
+def core_of(loadings: Loadings, episode: int) -> FloatArray:
+    part: FloatArray = np.tensordot(loadings.factors[2][episode], loadings.core, (0, 2))
+    return part.reshape(len(part), -1)
+
+
+def test_only_columns_that_carry_a_hundredth_are_drawn() -> None:
+    core = np.zeros((3, 3, 1, 1))
+    core[0, 0], core[1, 1], core[2, 2] = 10.0, 0.5, 2.0  # squares 100, 0.25, 4
+    factors = (np.eye(6, 3), np.eye(4, 3), np.ones((1, 1)), np.ones((1, 1)))
+    loadings = Loadings(np.arange(6), factors, core, episode=7)
+    inspection = inspection_of(np.zeros((1, 6, 4)), (2, 3), loadings=loadings)
+    titles = [axes.get_title(loc="left") for axes in STATE_LOADINGS.draw(inspection).axes if axes.images]
+    assert [title.split(":")[0] for title in titles] == ["1", "3"]
+    assert "Not drawn: 1 column of less than 1 %, together 0.24 %" in STATE_LOADINGS.caption(inspection)
+    assert "Columns that carry less than 1 % are not drawn" in LOADINGS.caption(inspection)

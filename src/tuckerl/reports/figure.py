@@ -88,6 +88,7 @@ class FigureSpec(Generic[Subject]):
         text = self.text_of(subject)
         with own_style():
             figure = self.draw(subject)
+            lay_out(figure)
             svg, png = io.BytesIO(), io.BytesIO()
             figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
             figure.savefig(png, format="png", dpi=PNG_DPI, metadata={"Software": None})
@@ -110,6 +111,14 @@ def csv_of(columns: Columns) -> str:
     writer.writerow(columns)
     writer.writerows(zip(*columns.values(), strict=True))
     return lines.getvalue()
+
+
+def lay_out(figure: Figure) -> None:
+    """Find the places of everything once, where a layout is to find them: else each file's writing would again."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")
 
 
 def panel(figure: Figure, left: float, below: float, width: float, height: float) -> Axes:

@@ -8,8 +8,7 @@ from tuckerl.reports.figure import FigureSpec
 _LISTED = (
     "tuckerl.reports.paths:PATHS",
     "tuckerl.reports.curves:CURVES",
-    "tuckerl.reports.action_weights:WEIGHT_LINES",
-    "tuckerl.reports.action_weights:WEIGHT_MAP",
+    "tuckerl.reports.action_weights:WEIGHTS",
     "tuckerl.reports.ablation:ABLATION",
     "tuckerl.reports.sensitivity_figure:SENSITIVITY",
     "tuckerl.reports.curves:COMPARISON",

@@ -111,7 +111,7 @@ def write(axes: Axes, x: float, y: float, text: str, transform: Transform, **mor
 def label_ends(axes: Axes, labels: list[EndLabel]) -> None:
     """Write the labels right of the axes, moved apart where they would overlap, each joined to its line's end.
 
-    To be called when the limits of `axes` and its place in the figure are final.
+    To be called when the limits of `axes` are final, and all but such labels is drawn.
     """
     finite = sorted((label for label in labels if np.isfinite(label.y)), key=lambda label: label.y)
     if not finite:
@@ -119,6 +119,9 @@ def label_ends(axes: Axes, labels: list[EndLabel]) -> None:
     figure = axes.get_figure(root=True)
     if figure is None:
         raise ValueError("the axes belong to no figure")
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)  # which finds the height of the axes
     low, high = axes.get_ylim()
     points = axes.get_position().height * figure.get_size_inches()[1] * 72
     steps = LABEL_GAP / points * np.arange(len(finite))

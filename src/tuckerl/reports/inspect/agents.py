@@ -5,11 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
-from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
-from tuckerl.reports.inspect import cells
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE
+from tuckerl.reports.inspect.maps import Map, colour_bar, draw_maps, draw_table, scale, where, with_legend
 from tuckerl.reports.text import counted, joined, number
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray
@@ -51,54 +52,24 @@ def tables_differ(inspection: Inspection) -> bool:
 
 def draw_agents(inspection: Inspection) -> Figure:
     """Draw where the agents differ over the grid, or how far each two agree."""
-    return _draw_matrix(inspection) if inspection.layout is None else _draw_maps(inspection, inspection.layout)
-
-
-def _draw_maps(inspection: Inspection, layout: tuple[int, int]) -> Figure:
-    found = differences(inspection)
-    room = cells.room_for(layout, width=(WIDTH - 0.62 - 2.3) / 2)
-    figure = Figure(figsize=(WIDTH, room.height + cells.ABOVE + cells.BELOW))
-    n_others = inspection.n_agents - 1
-    panels = (
-        (
-            found.others,
-            Normalize(0, n_others),
-            "agents with another greedy action",
-            "agents",
-            "agent 0 prefers nothing",
-        ),
-        (
-            found.spread,
-            cells.scale(np.append(found.spread, 0.0)),
-            "spread of the state values",
-            "spread",
-            "not compared",
-        ),
-    )
-    for place, (shown, norm, title, label, empty) in enumerate(panels):
-        left = 0.62 + place * max(room.width + 1.2, 2.9)
-        axes = panel(figure, left, cells.BELOW, room.width, room.height)
-        colours = cells.draw_cells(axes, shown, layout, inspection.walls, norm, room)
-        axes.set_title(title, loc="left")
-        ticks = [float(count) for count in range(n_others + 1)] if place == 0 and n_others <= _LISTED else None
-        cells.colour_bar(axes, colours, label, ticks)
-        cells.legend_below(axes, room, cells.key_of_cells(inspection.walls, np.isnan(shown), empty), 2)
-    return figure
-
-
-def _draw_matrix(inspection: Inspection) -> Figure:
-    agreement = differences(inspection).agreement[:_MOST_AGENTS, :_MOST_AGENTS]
+    found, n_others = differences(inspection), inspection.n_agents - 1
+    if inspection.layout is not None:
+        whole = MaxNLocator(6, integer=True)
+        counts = Map(found.others, Normalize(0, n_others), "agents with another greedy action", "agents", whole)
+        spread = scale(np.append(found.spread, 0.0))
+        maps = [counts, Map(found.spread, spread, "spread of the state values", "spread")]
+        figure, _, key = draw_maps(inspection, maps, "agent 0 prefers nothing, or no two agents do")
+        return with_legend(figure, key)
+    agreement = found.agreement[:_MOST_AGENTS, :_MOST_AGENTS]
     n = len(agreement)
-    side = min(4.5, max(1.2, 0.45 * n))
-    figure, axes = panel_figure(0.62, 0.5, side, side, 0.4)
+    figure = Figure(figsize=(WIDTH, min(4.5, max(1.2, 0.45 * n)) + 0.9), layout="compressed")
+    axes = figure.subplots(subplot_kw={"box_aspect": 1})
     words = _whole_percent if n <= _NUMBERED else None
-    image = cells.draw_table(axes, agreement, Normalize(0, 1), list(map(str, range(n))), words=words)
-    axes.set_xticks(range(n))
-    axes.set_xlabel("agent")
-    axes.set_ylabel("agent")
+    image = draw_table(axes, agreement, Normalize(0, 1), list(map(str, range(n))), words=words)
+    axes.set(xticks=range(n), xlabel="agent", ylabel="agent")
     axes.set_title("states with the same greedy action", loc="left")
     if n > _NUMBERED:
-        cells.colour_bar(axes, image, "part of the states")
+        colour_bar(axes, image, "part of the states")
     return figure
 
 
@@ -126,21 +97,15 @@ def _caption(inspection: Inspection) -> str:
     ]
     if np.isfinite(spread).any():
         state = int(np.nanargmax(spread))
-        words.append(
-            f"Their state values differ most in {cells.where(state, inspection.layout)}, by {number(spread[state])}"
-        )
+        words.append(f"Their state values differ most in {where(state, inspection.layout)}, by {number(spread[state])}")
     if inspection.layout is None and inspection.n_agents > _MOST_AGENTS:
         words.append(f"Only the first {_MOST_AGENTS} agents are drawn")
     return ". ".join(words) + "."
 
 
 def _alt(inspection: Inspection) -> str:
-    kind = (
-        "A matrix of agreement between agents"
-        if inspection.layout is None
-        else "Two maps of differences between agents"
-    )
-    return f"{kind}. Greedy actions other than agent 0's: {joined(_pairs(inspection))} states."
+    kind = "A matrix of agreement" if inspection.layout is None else "Two maps of differences"
+    return f"{kind} between agents. Greedy actions other than agent 0's: {joined(_pairs(inspection))} states."
 
 
 AGENTS = FigureSpec(

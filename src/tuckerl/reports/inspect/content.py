@@ -9,10 +9,18 @@ from tuckerl.checks import shown
 from tuckerl.errors import ParameterTypeError, ProblemError
 from tuckerl.generalization.loadings import EPISODES, Loadings
 from tuckerl.generalization.step_history import TensorStepHistory
-from tuckerl.problems.parts import Layout, check_layout
+from tuckerl.problems.parts import Layout, StateFactor, check_layout
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, values
 from tuckerl.reports.text import joined
 from tuckerl.types import BoolArray, FloatArray, IntArray
+
+
+class StatePath(NamedTuple):
+    """A way through the states, of every agent one."""
+
+    name: str
+    states: tuple[IntArray, ...]  # N times (steps + 1,)
+    words: str = ""  # what is said of agent 0's
 
 
 class Inspection(NamedTuple):
@@ -29,6 +37,8 @@ class Inspection(NamedTuple):
     returns: FloatArray  # (episodes, N)
     action_mask: BoolArray | None = None  # (N, S, A) where an action may be taken; None where all may
     optimal: FloatArray | None = None  # (S,) the optimal values; None where they are not known
+    paths: Sequence[StatePath] = ()  # over the layout; the greedy one first
+    state_factors: Sequence[StateFactor] = ()  # the digits of a state's number, the last changes fastest; () for one
 
     @property
     def n_agents(self) -> int:

@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 
 from tuckerl.generalization.loadings import ACTIONS, AGENTS, EPISODES, STATES, Loadings
-from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
-from tuckerl.reports.inspect.cells import colour_bar, draw_cells, draw_table, key_of_cells, room_for, where
+from tuckerl.reports.figure import WIDTH, FigureSpec, Live
 from tuckerl.reports.inspect.content import Inspection
+from tuckerl.reports.inspect.explore import colours, packed
+from tuckerl.reports.inspect.maps import Map, colour_bar, draw_maps, draw_table, sequential, where, with_legend
 from tuckerl.reports.text import counted, joined, number, percent, percents
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray, IntArray
@@ -22,14 +22,19 @@ from tuckerl.types import FloatArray, IntArray
 MOST_MAPS = 20
 MOST_STATES = 400
 """So many states without a layout are shown one by one."""
+LEAST_ENERGY = 0.01
+"""What carries a smaller part of the sum of squares is not drawn."""
 
-_ACROSS = 5
+
+def drawn_columns(loadings: Loadings, mode: int) -> IntArray:
+    """Return which of a factor's columns are drawn: those that carry enough, and the first in any case."""
+    enough = np.flatnonzero(loadings.energies(mode) >= LEAST_ENERGY)[:MOST_MAPS]
+    return enough if enough.size else np.zeros(1, dtype=np.int64)
 
 
 def draw_states(inspection: Inspection) -> Figure:
     """Draw the columns of the state factor."""
-    loadings = inspection.decomposed
-    return _draw_maps(inspection, loadings) if inspection.layout is not None else _draw_rows(loadings)
+    return _draw_rows(inspection.decomposed) if inspection.layout is None else _draw_maps(inspection)
 
 
 def on_all_states(inspection: Inspection) -> FloatArray:
@@ -41,39 +46,21 @@ def on_all_states(inspection: Inspection) -> FloatArray:
     return spread
 
 
-def _draw_maps(inspection: Inspection, loadings: Loadings) -> Figure:
-    layout = inspection.layout or (1, inspection.n_states)
-    columns = on_all_states(inspection)
-    n_maps = min(columns.shape[1], MOST_MAPS)
-    rows, columns_of = layout
-    across = min(n_maps, _ACROSS if columns_of <= 2.5 * rows else 3 if columns_of <= 5 * rows else 1)
-    down = math.ceil(n_maps / across)
-    width = min((WIDTH - 1.35 - 0.14 * (across - 1)) / across, 1.8 if across > 1 else 5.0)
-    room = room_for(layout, width=width, height=2.4)
-    step_x, step_y = max(room.width + 0.14, 1.16), room.height + 0.5
-    below = max(0.34, 0.9 - room.height)
-    height = down * step_y + below
-    figure = Figure(figsize=(WIDTH, height))
-    energies = loadings.energies(STATES)
-    for place in range(n_maps):
-        left, top = 0.2 + (place % across) * step_x, height - 0.4 - (place // across) * step_y
-        axes = panel(figure, left, top - room.height, room.width, room.height)
-        largest = _largest(columns[:, place])
-        colours = draw_cells(
-            axes, columns[:, place], layout, inspection.walls, Normalize(-largest, largest), room, lines=False
-        )
-        axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
-        axes.set_title(f"{place + 1}: {_short(energies[place])}\n±{number(largest)}", loc="left", fontsize=8, pad=2)
-        if place == across - 1:
-            colours.set_norm(Normalize(-1, 1))
-            _draw_bar(axes, colours)
-    key = key_of_cells(inspection.walls, np.isnan(columns[:, 0]), "did not change")
-    if key:
-        figure.legend(handles=key, loc="lower left", bbox_to_anchor=(0.2 / WIDTH, 0), ncols=2, frameon=False)
-    return figure
+def _draw_maps(inspection: Inspection) -> Figure:
+    loadings, (rows, columns) = inspection.decomposed, inspection.grid
+    spread, energies, maps = on_all_states(inspection), loadings.energies(STATES), []
+    for place in drawn_columns(loadings, STATES):
+        high = largest(spread[:, place])
+        title = f"{place + 1}: {_short(energies[place])}\n±{number(high)}"
+        maps.append(Map(spread[:, place], Normalize(-high, high), title))
+    across = 5 if columns <= 2.5 * rows else 3 if columns <= 5 * rows else 1
+    figure, panels, key = draw_maps(inspection, maps, "did not change", across=across, tallest=1.8, ticks=False)
+    _draw_bar(panels, ScalarMappable(Normalize(-1, 1), sequential()))
+    return with_legend(figure, key)
 
 
-def _largest(column: FloatArray) -> float:
+def largest(column: FloatArray) -> float:
+    """Return the largest magnitude of a column, 1 where it has none."""
     finite = np.abs(column[np.isfinite(column)])
     return float(finite.max()) if finite.size and finite.max() > 0 else 1.0
 
@@ -91,24 +78,24 @@ def shown_rows(loadings: Loadings) -> IntArray:
 
 
 def _draw_rows(loadings: Loadings) -> Figure:
-    rows = shown_rows(loadings)
-    factor = loadings.factors[STATES][rows, :MOST_MAPS].T
-    n_columns = len(factor)
-    figure, axes = panel_figure(1.05, 0.5, 5.1, max(0.5, 0.2 * n_columns), 0.35)
-    scaled = factor / np.array([[_largest(column)] for column in factor])
-    names = [f"{place}: {_short(part)}" for place, part in enumerate(loadings.energies(STATES)[:n_columns], 1)]
+    rows, columns = shown_rows(loadings), drawn_columns(loadings, STATES)
+    factor = loadings.factors[STATES][np.ix_(rows, columns)].T
+    figure = Figure(figsize=(WIDTH, max(0.5, 0.2 * columns.size) + 0.9), layout="constrained")
+    axes = figure.subplots()
+    scaled = factor / np.array([[largest(column)] for column in factor])
+    names = [f"{place + 1}: {_short(loadings.energies(STATES)[place])}" for place in columns]
     image = draw_table(axes, scaled, Normalize(-1, 1), names)
     places = np.unique(np.linspace(0, rows.size - 1, min(rows.size, 9)).round().astype(np.int64))
     axes.set_xticks(places, [f"{state}" for state in loadings.states[rows][places]])
     axes.tick_params(length=2)
     axes.set_xlabel("state (its number)")
-    axes.set_title("factor: part of the sum of squares", loc="left", x=-0.16)
+    axes.set_title("factor: part of the sum of squares", loc="left")
     _draw_bar(axes, image)
     return figure
 
 
-def _draw_bar(axes: Axes, colours: ScalarMappable) -> None:
-    bar = colour_bar(axes, colours, "loading", [-1.0, 0.0, 1.0])
+def _draw_bar(axes: Axes | list[Axes], colours: ScalarMappable) -> None:
+    bar = colour_bar(axes, colours, "loading", ticks=[-1.0, 0.0, 1.0])
     bar.set_yticks([-1, 0, 1], ["\N{MINUS SIGN}largest", "0", "largest"])
 
 
@@ -131,8 +118,12 @@ def _states_caption(inspection: Inspection) -> str:
     ]
     if inspection.layout is not None:
         words.append("Over each map stand its share and that magnitude")
-    if n_columns > MOST_MAPS:
-        words.append(f"Only the first {MOST_MAPS} are drawn")
+    hidden = np.delete(loadings.energies(STATES), drawn_columns(loadings, STATES))
+    if hidden.size:
+        carried = percent(float(hidden.sum()))
+        words.append(
+            f"Not drawn: {counted(hidden.size, 'column')} of less than {percent(LEAST_ENERGY)}, together {carried}"
+        )
     still = int((~inspection.walls).sum()) - int((~inspection.walls[loadings.states]).sum())
     if still:
         has = "has" if still == 1 else "have"
@@ -168,6 +159,43 @@ def _states_alt(inspection: Inspection) -> str:
     return f"{kind} of {counted(factor.shape[1], 'column')} of the state factor: {'; '.join(peaks)}."
 
 
+def live_loadings(inspection: Inspection) -> Live:
+    """Return the drawn columns of the state factor, and how strong each is in each episode of the window."""
+    loadings = inspection.decomposed
+    drawn, energies = drawn_columns(loadings, STATES), loadings.energies(STATES)
+    of_states = on_all_states(inspection) if inspection.layout else loadings.factors[STATES][shown_rows(loadings)]
+    columns = [
+        {
+            "loadings": packed(of_states[:, place]),
+            "largest": largest(of_states[:, place]),
+            "energy": percent(energies[place]),
+        }
+        for place in drawn
+    ]
+    content = {
+        "layout": inspection.layout,
+        "n_states": len(of_states),
+        "walls": packed(inspection.walls, "u1") if inspection.layout and inspection.walls.any() else None,
+        "columns": columns,
+        "strength": packed(strengths(loadings)[:, drawn]),
+        "first": loadings.first_episode,
+        "last": loadings.episode,
+        "colours": colours(),
+    }
+    return Live("loadings", content)
+
+
+def strengths(loadings: Loadings) -> FloatArray:
+    """Return how strong each column of the state factor is in each episode, 1 where it is strongest: (E, r).
+
+    It is the norm of the part of the core that belongs to the column, multiplied by the episode's row.
+    """
+    parts = np.einsum("sapn,ep->esan", loadings.core, loadings.factors[EPISODES])
+    norms = np.sqrt(np.square(parts).sum(axis=(2, 3)))
+    most = norms.max(axis=0)
+    return np.asarray(np.divide(norms, most, out=np.zeros_like(norms), where=most > 0))
+
+
 STATE_LOADINGS = FigureSpec(
     Inspection,
     FigureText("state-loadings", "State loadings"),
@@ -175,75 +203,56 @@ STATE_LOADINGS = FigureSpec(
     _states_caption,
     _states_alt,
     applies=lambda one: one.loadings is not None and one.loadings.factors[STATES].size > 0,
+    live=live_loadings,
 )
 
 
 _ROW = 0.155
 _MOST_ROWS = 40  # that are drawn as high as letters
-_NUMBER = 0.4  # inches that a number needs
-_GAP = 0.18
+_MOST_NUMBERS = 12  # columns of all three factors that have room for a number in each cell
 
 
 class _Part(NamedTuple):
     """A factor and the names of its rows."""
 
     title: str
-    factor: FloatArray
-    names: Sequence[str]
+    columns: IntArray  # (c,) those that are drawn
+    factor: FloatArray  # (n, c)
+    names: Sequence[str]  # (n,)
 
 
 def draw_loadings(inspection: Inspection) -> Figure:
     """Draw the three factors, rows down and columns across, on one scale."""
-    loadings = inspection.decomposed
-    parts = _parts(inspection, loadings)
-    highest = max(_height(part) for part in parts)
-    height = highest + 0.8
-    figure = Figure(figsize=(WIDTH, height))
-    labels = [0.14 + 0.065 * max(3, *(len(name) for name in part.names)) for part in parts]
-    room = WIDTH - 0.95 - _GAP * (len(parts) - 1) - sum(labels)
-    columns = [part.factor.shape[1] for part in parts]
+    parts = _parts(inspection)
+    rows = [min(len(part.names), _MOST_ROWS) for part in parts]
+    counts = [part.columns.size for part in parts]
+    figure = Figure(figsize=(WIDTH, max(0.5, _ROW * max(rows)) + 0.8), layout="constrained")
+    # The square root leaves a factor of one column beside one of twenty some width.
+    panels = figure.subplots(1, 3, width_ratios=np.sqrt(counts).tolist()).tolist()
     largest = max(float(np.abs(part.factor).max(initial=0)) for part in parts) or 1.0
-    norm = Normalize(-largest, largest)
-    left = 0.05
-    for part, label, count in zip(parts, labels, columns, strict=True):
-        left += label
-        width = min(room * _share(count, columns), 0.55 * count)
-        high = _height(part)
-        axes = panel(figure, left, height - 0.3 - high, width, high)
-        image = _draw_part(axes, part, norm, numbered=width / count >= _NUMBER)
-        left += width + _GAP
-    colour_bar(axes, image, "loading", least=highest)
+    for axes, part, count in zip(panels, parts, counts, strict=True):
+        words = _hundredths if sum(counts) <= _MOST_NUMBERS and len(part.names) <= _MOST_ROWS else None
+        image = draw_table(axes, part.factor, Normalize(-largest, largest), part.names, most=_MOST_ROWS, words=words)
+        step = max(1, -(-count // 10))
+        axes.set_xticks(range(0, count, step), [str(column + 1) for column in part.columns[::step]])
+        axes.set_xlabel("factor", labelpad=1)
+        axes.set_title(part.title, loc="left", pad=4)
+    colour_bar(panels, image, "loading")
     return figure
 
 
-def _parts(inspection: Inspection, loadings: Loadings) -> list[_Part]:
-    first = loadings.first_episode
-    episodes = [str(first + place) for place in range(loadings.factors[EPISODES].shape[0])]
+def _parts(inspection: Inspection) -> list[_Part]:
+    loadings = inspection.decomposed
+    n_episodes, first = len(loadings.factors[EPISODES]), loadings.first_episode
+    names = {
+        ACTIONS: ("action", inspection.action_names),
+        EPISODES: ("episode", [str(first + place) for place in range(n_episodes)]),
+        AGENTS: ("agent", [str(agent) for agent in range(inspection.n_agents)]),
+    }
+    drawn = {mode: drawn_columns(loadings, mode) for mode in names}
     return [
-        _Part("action", loadings.factors[ACTIONS], inspection.action_names),
-        _Part("episode", loadings.factors[EPISODES], episodes),
-        _Part("agent", loadings.factors[AGENTS], [str(agent) for agent in range(inspection.n_agents)]),
+        _Part(title, drawn[mode], loadings.factors[mode][:, drawn[mode]], rows) for mode, (title, rows) in names.items()
     ]
-
-
-def _height(part: _Part) -> float:
-    return max(0.3, _ROW * min(len(part.names), _MOST_ROWS))
-
-
-def _share(count: int, counts: list[int]) -> float:
-    # The square root leaves a factor of one column beside one of twenty some width.
-    return float(np.sqrt(count) / np.sum(np.sqrt(counts)))
-
-
-def _draw_part(axes: Axes, part: _Part, norm: Normalize, *, numbered: bool) -> AxesImage:
-    n_rows, n_columns = part.factor.shape
-    words = _hundredths if numbered and n_rows <= _MOST_ROWS else None
-    image = draw_table(axes, part.factor, norm, part.names, most=_MOST_ROWS, words=words)
-    step = max(1, -(-n_columns // 10))
-    axes.set_xticks(range(0, n_columns, step), [str(place + 1) for place in range(0, n_columns, step)])
-    axes.set_xlabel("factor", labelpad=1)
-    axes.set_title(part.title, loc="left", pad=4)
-    return image
 
 
 def _hundredths(value: float) -> str:
@@ -260,14 +269,19 @@ def _caption(inspection: Inspection) -> str:
         f"The columns of the action, episode and agent factors of the tables of episodes {first} to {last}; "
         f"{fit_words(loadings)}. Of what is kept, {shares} (squares of the core, by column). Columns have length 1; "
         "lighter is positive, darker negative. The length of an action's row gives its weight ω in the tensor step, "
-        "that of an agent's row decides whose table the rules 'max' and 'min' copy."
+        f"that of an agent's row decides whose table the rules 'max' and 'min' copy.{_not_drawn(loadings)}"
     )
 
 
+def _not_drawn(loadings: Loadings) -> str:
+    modes = (ACTIONS, EPISODES, AGENTS)
+    hidden = any(drawn_columns(loadings, mode).size < loadings.core.shape[mode] for mode in modes)
+    return f" Columns that carry less than {percent(LEAST_ENERGY)} are not drawn." if hidden else ""
+
+
 def _alt(inspection: Inspection) -> str:
-    loadings = inspection.decomposed
     words = []
-    for part in _parts(inspection, loadings):
+    for part in _parts(inspection):
         first = part.factor[:, 0]
         row = int(np.abs(first).argmax())
         words.append(f"{part.title} {part.names[row]} ({number(float(first[row]))})")

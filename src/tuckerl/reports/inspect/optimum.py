@@ -3,51 +3,32 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from tuckerl.problems.parts import Layout
-from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
-from tuckerl.reports.inspect import cells
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.content import Inspection
+from tuckerl.reports.inspect.maps import Map, draw_maps, scale, where, with_legend
 from tuckerl.reports.styles import BLUE
 from tuckerl.reports.text import counted, number
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.types import FloatArray
 
-_LEFT, _SIDE = 0.62, 3.4  # inches
+_TITLES = ("learned, agent 0: max Q(s, a)", "optimal: V*(s)")
 
 
 def draw_optimum(inspection: Inspection) -> Figure:
     """Draw both over the grid, in the same colours; without a layout, the one over the other."""
-    return _draw_points(inspection) if inspection.layout is None else _draw_maps(inspection, inspection.layout)
-
-
-def _draw_maps(inspection: Inspection, layout: Layout) -> Figure:
-    learned, optimum = inspection.known[0], inspection.optimum
-    room = cells.room_for(layout, width=(WIDTH - _LEFT - 1.7) / 2)
-    figure = Figure(figsize=(WIDTH, room.height + cells.ABOVE + cells.BELOW))
-    norm = cells.scale(np.concatenate([learned, optimum]))
-    for place, (shown, title) in enumerate(((learned, "learned, agent 0: max Q(s, a)"), (optimum, "optimal: V*(s)"))):
-        left = _LEFT + place * max(room.width + 0.6, 2.6)
-        axes = panel(figure, left, cells.BELOW, room.width, room.height)
-        colours = cells.draw_cells(axes, shown, layout, inspection.walls, norm, room)
-        axes.set_title(title, loc="left")
-        if place == 0:
-            key = cells.key_of_cells(inspection.walls, np.isnan(shown), "agent 0 prefers nothing")
-            cells.legend_below(axes, room, key, 2)
-        else:
-            cells.colour_bar(axes, colours, "state value")
-    return figure
-
-
-def _draw_points(inspection: Inspection) -> Figure:
-    learned, optimum = inspection.known[0], inspection.optimum
-    figure, axes = panel_figure(0.8, 0.5, _SIDE, _SIDE, 0.3)
-    norm = cells.scale(np.concatenate([learned, optimum]))
-    low, high = norm.vmin or 0.0, norm.vmax or 0.0
-    axes.plot([low, high], [low, high], color="0.6", linewidth=0.9)
-    look = {"linestyle": "none", "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0, "color": BLUE}
-    axes.plot(optimum, learned, **look)  # type: ignore[arg-type]  # keywords of several types
-    axes.set_xlabel("optimal: V*(s)")
-    axes.set_title("learned, agent 0: max Q(s, a)", loc="left")
+    both = (inspection.known[0], inspection.optimum)
+    norm = scale(np.concatenate(both))
+    if inspection.layout is not None:
+        maps = [Map(both[0], norm, _TITLES[0]), Map(both[1], norm, _TITLES[1], "state value")]
+        drawn, _, key = draw_maps(inspection, maps, "agent 0 prefers nothing")
+        return with_legend(drawn, key)
+    figure = Figure(figsize=(WIDTH, 4.2), layout="compressed")
+    axes = figure.subplots(subplot_kw={"box_aspect": 1})
+    ends = [norm.vmin or 0.0, norm.vmax or 0.0]
+    axes.plot(ends, ends, color="0.6", linewidth=0.9)
+    axes.plot(both[1], both[0], linestyle="none", marker="o", markersize=3.0, markeredgewidth=0.0, color=BLUE)
+    axes.set_xlabel(_TITLES[1])
+    axes.set_title(_TITLES[0], loc="left")
     return figure
 
 
@@ -79,10 +60,9 @@ def _alt(inspection: Inspection) -> str:
     if not np.isfinite(optimum).any():
         return f"{kind}; no state has an optimal value."
     best = int(np.nanargmax(optimum))
-    where = cells.where(best, inspection.layout)
-    return (
-        f"{kind}. The highest optimal value is {number(float(optimum[best]))}, in {where}; they differ by up to {most}."
-    )
+    place = where(best, inspection.layout)
+    value = number(float(optimum[best]))
+    return f"{kind}. The highest optimal value is {value}, in {place}; they differ by up to {most}."
 
 
 OPTIMUM = FigureSpec(

@@ -1,14 +1,20 @@
 """The figures of an inspection, and a page of them that needs nothing but itself."""
 
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from tuckerl._version import __version__
 from tuckerl.reports.figure import RenderedFigure, draw_figures
 from tuckerl.reports.inspect.agents import tables_differ
 from tuckerl.reports.inspect.content import Inspection, check_inspection
 from tuckerl.reports.inspect.figures import FIGURES
+from tuckerl.reports.inspect.greedy import NO_PREFERENCE
 from tuckerl.reports.page import write_page
 from tuckerl.reports.text import counted
+
+_MOST_ROWS, _MOST_COLUMNS = 40, 8  # of the table on paper
 
 
 def inspection_figures(inspection: Inspection) -> list[RenderedFigure]:
@@ -56,8 +62,22 @@ def write_inspection(inspection: Inspection, folder: Path) -> Path:
         facts=[counted(size, noun) for noun, size in sizes.items() if size],
         figures=figures,
         missing=_missing(inspection),
+        first=_first_states(inspection),
         version=__version__,
     )
+
+
+def _first_states(inspection: Inspection) -> dict[str, Any]:
+    """Return a table of the first states in which agent 0 prefers something, for paper; none where a grid shows all."""
+    best, q = inspection.best[0], np.where(inspection.allowed[0], inspection.q[0], np.nan)
+    states = np.flatnonzero(best != NO_PREFERENCE)
+    names = inspection.action_names[:_MOST_COLUMNS]
+    rows = [
+        (f"state {state}", inspection.action_names[best[state]], [q[state, best[state]], *q[state, : len(names)]])
+        for state in states[:_MOST_ROWS]
+    ]
+    head = ["state", "greedy action", "value", *(f"Q(s, {name})" for name in names)]
+    return {"head": head, "n": states.size, "rows": [] if inspection.layout else rows}
 
 
 def _missing(inspection: Inspection) -> list[str]:

@@ -5,16 +5,27 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from tuckerl.reports.figure import WIDTH, FigureSpec, panel, panel_figure
-from tuckerl.reports.inspect import cells
-from tuckerl.reports.inspect.cells import Room
+from tuckerl.problems.parts import Layout
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.content import Inspection
+from tuckerl.reports.inspect.explore import live_states
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, arrows, direction, shares_first_place
+from tuckerl.reports.inspect.maps import (
+    Map,
+    cell_of,
+    colour_bar,
+    counting_ticks,
+    draw_maps,
+    draw_table,
+    scale,
+    sequential,
+    where,
+    with_legend,
+)
 from tuckerl.reports.styles import BLACK, BLUE
 from tuckerl.reports.text import counted, number, span
 from tuckerl.studies.figure_text import FigureText
@@ -28,68 +39,60 @@ _DARK = 0.45  # of lightness: arrows are white on what is darker
 
 
 def draw_policy(inspection: Inspection) -> Figure:
-    """Draw agent 0's state values as colours and its greedy actions as arrows."""
-    layout, q, allowed = inspection.grid, inspection.q[0], inspection.allowed[0]
-    figure, axes, room = cells.grid_figure(layout)
+    """Draw agent 0's state values as colours, its greedy actions as arrows and, where it is known, its path."""
     shown = inspection.known[0]
-    norm = cells.scale(shown)
-    colours = cells.draw_cells(axes, shown, layout, inspection.walls, norm, room)
-    dark = (
-        np.asarray(colours.to_rgba(np.nan_to_num(shown, nan=norm.vmax or 0.0)))[:, :3] @ (0.299, 0.587, 0.114) < _DARK
-    )
-    drawn = _drawn(inspection, room)
-    _draw_arrows(axes, arrows(q, inspection.action_names, allowed), drawn, dark, room)
-    marks = _draw_marks(axes, inspection, drawn, room)
-    key = [*cells.key_of_cells(inspection.walls, np.isnan(shown), "no preference"), *marks]
-    cells.legend_below(axes, room, key, 5, columnspacing=1.2)
-    axes.set_title("agent 0" if inspection.n_agents > 1 else "greedy policy", loc="left")
-    cells.colour_bar(axes, colours, "max Q(s, a)")
-    return figure
+    title = "agent 0" if inspection.n_agents > 1 else "greedy policy"
+    field = Map(shown, scale(shown), title, "max Q(s, a)")
+    figure, (axes,), key = draw_maps(inspection, [field], "no preference")
+    columns, chosen = inspection.grid[1], _drawn(inspection)
+    for path in (one for one in inspection.paths if one.words):
+        for look in ({"color": "white", "linewidth": 3.2}, {"color": BLACK, "linewidth": 1.4}):
+            axes.plot(path.states[0] % columns, path.states[0] // columns, **look)  # type: ignore[arg-type]  # of types
+    _draw_arrows(axes, inspection, chosen & ~np.isnan(shown), field)
+    return with_legend(figure, [*key, *_draw_marks(axes, inspection, chosen)])
 
 
-def stride(room: Room) -> int:
+def stride(layout: Layout) -> int:
     """Return that every so many rows and columns have an arrow."""
-    return max(1, math.ceil(_SMALLEST_ARROW / room.cell - 1e-9))
+    return max(1, math.ceil(_SMALLEST_ARROW / min(cell_of(layout)) - 1e-9))
 
 
-def _drawn(inspection: Inspection, room: Room) -> BoolArray:
+def _drawn(inspection: Inspection) -> BoolArray:
     """Return which cells have an arrow or a mark."""
     rows, columns = inspection.grid
-    every = stride(room)
+    every = stride(inspection.grid)
     chosen = np.zeros((rows, columns), dtype=np.bool_)
     chosen[(every // 2) % rows :: every, (every // 2) % columns :: every] = True
     return chosen.ravel() & ~inspection.walls
 
 
-def _draw_arrows(axes: Axes, ways: IntArray, drawn: BoolArray, dark: BoolArray, room: Room) -> None:
-    """Draw each arrow as one shape, black or white as its cell is light or dark."""
+def _draw_arrows(axes: Axes, inspection: Inspection, drawn: BoolArray, field: Map) -> None:
+    """Draw the arrows, black or white as their cells are light or dark."""
+    ways = arrows(inspection.q[0], inspection.action_names, inspection.allowed[0])
     places = np.flatnonzero(drawn & ways.any(axis=1))
-    columns = round(axes.get_xlim()[1] + 0.5)
-    half = min(0.36 * stride(room) * room.cell, _LONGEST_ARROW / 2)  # points, so that oblong cells bend no arrow
-    # Along and across its direction: a shaft, barbs, a tip.
-    outline = np.array(
-        [(-1, 0.1), (0.1, 0.1), (0.1, 0.52), (1, 0), (0.1, -0.52), (0.1, -0.1), (-1, -0.1)], dtype=np.float64
-    )
-    along = ways[places, np.newaxis, ::-1]
-    along = along / np.linalg.norm(along, axis=-1, keepdims=True)
-    points = half * (outline[:, :1] * along + outline[:, 1:] * along[..., ::-1] * (-1, 1))
-    centres = np.column_stack([places % columns, places // columns])[:, np.newaxis]
-    shapes = centres + points / (room.across, room.down)
-    colours = np.where(dark[places], "white", "black").tolist()
-    axes.add_collection(PolyCollection(shapes, facecolors=colours, edgecolors="none", gid="arrows"), autolim=False)
+    if places.size == 0:
+        return
+    columns = inspection.grid[1]
+    shades = sequential()(field.norm(field.values[places]))[:, :3] @ (0.299, 0.587, 0.114)
+    long = min(0.72 * stride(inspection.grid) * min(cell_of(inspection.grid)), _LONGEST_ARROW) / 72
+    down, right = (ways[places] / np.linalg.norm(ways[places], axis=1, keepdims=True)).T
+    look: dict[str, Any] = {"units": "inches", "scale_units": "inches", "pivot": "mid", "width": 0.1 * long}
+    look |= {"headwidth": 5, "headlength": 4.5, "headaxislength": 4.5, "minlength": 0, "gid": "arrows"}
+    colours = np.where(shades < _DARK, "white", "black").tolist()
+    axes.quiver(places % columns, places // columns, right, -down, scale=1 / long, color=colours, **look)
 
 
-def _draw_marks(axes: Axes, inspection: Inspection, drawn: BoolArray, room: Room) -> list[Line2D]:
+def _draw_marks(axes: Axes, inspection: Inspection, drawn: BoolArray) -> list[Line2D]:
     """Mark where the greedy action points nowhere, a shape for each such action; return their legend."""
     columns = inspection.grid[1]
-    look: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "black", "markeredgecolor": "white"}
-    look |= {"markersize": min(7.0, 0.5 * stride(room) * room.cell), "markeredgewidth": 0.4}
+    size = min(7.0, 0.5 * stride(inspection.grid) * min(cell_of(inspection.grid)))
+    look: dict[str, Any] = {"linestyle": "none", "color": BLACK, "markeredgecolor": "white", "markeredgewidth": 0.4}
     lines = []
-    for action_number, marker in zip(_undirected(inspection), MARKERS, strict=False):
-        places = np.flatnonzero(drawn & (inspection.best[0] == action_number))
-        name = inspection.action_names[action_number]
+    for action, marker in zip(_undirected(inspection), MARKERS, strict=False):
+        places = np.flatnonzero(drawn & (inspection.best[0] == action))
         if places.size:
-            lines += axes.plot(places % columns, places // columns, marker=marker, label=name, **look)
+            name = inspection.action_names[action]
+            lines += axes.plot(places % columns, places // columns, marker=marker, markersize=size, label=name, **look)
     return lines
 
 
@@ -121,12 +124,13 @@ def policy_words(inspection: Inspection) -> list[str]:
 
 def _caption(inspection: Inspection) -> str:
     layout = inspection.grid
-    every = stride(cells.room_for(layout))
+    every = stride(layout)
     words = [
         "Colour: the state value, the largest of each cell's Q(s, a); lighter is more. Arrow: the action that has it, "
         "by the direction of its name",
         *policy_words(inspection),
     ]
+    words += [f"Line: the {path.name} from the start; {path.words}" for path in inspection.paths if path.words]
     if every > 1:
         words.append(f"Arrows are drawn in every {_ORDINALS.get(every, f'{every}th')} row and column only")
     unmarked = [name for name in inspection.action_names if direction(name) is None]
@@ -143,7 +147,7 @@ def _alt(inspection: Inspection) -> str:
     text = f"A grid of {rows} rows and {columns} columns coloured by state value"
     known = inspection.known[0]
     if np.isfinite(known).any():
-        highest = cells.where(int(np.nanargmax(known)), inspection.layout)
+        highest = where(int(np.nanargmax(known)), inspection.layout)
         text += f", the highest in {highest}, with an arrow for the greedy action: {inspection.commonest(4)} cells"
     return f"{text}. {int(inspection.walls.sum()):,} cells are blocked."
 
@@ -155,6 +159,7 @@ POLICY = FigureSpec(
     _caption,
     _alt,
     applies=lambda one: one.layout is not None,
+    live=live_states,
 )
 
 
@@ -172,40 +177,29 @@ def draw_plain(inspection: Inspection) -> Figure:
 
 
 def _draw_table(inspection: Inspection) -> Figure:
-    q = inspection.q[0]
+    q, best = inspection.q[0], inspection.best[0]
     n_states, n_actions = q.shape
-    wide, high = min(5.5, max(1.2, 0.6 * n_actions)), max(0.35, _ROW * n_states)
-    longest = 0.075 * max(len(name) for name in inspection.action_names)
-    tilted = n_actions <= _NAMED_COLUMNS and longest > 0.95 * wide / n_actions
-    below = 0.36 + (min(1.6, longest) if tilted else 0.2)
-    figure, axes = panel_figure(0.62, below, wide, high, 0.3)
-    image = cells.draw_table(axes, q, cells.scale(q))
-    best = inspection.best[0]
+    named = n_actions <= _NAMED_COLUMNS
+    tilted = named and max(map(len, inspection.action_names)) * n_actions > 70
+    figure = Figure(figsize=(WIDTH, max(0.5, _ROW * n_states) + (1.6 if tilted else 0.9)), layout="constrained")
+    axes = figure.subplots()
+    image = draw_table(axes, q, scale(q))
     states = np.flatnonzero(best != NO_PREFERENCE)
     axes.plot(best[states], states, linestyle="none", marker="o", markersize=5, color=BLACK, markeredgecolor="white")
-    axes.set_xlim(-0.5, n_actions - 0.5)
-    axes.set_ylim(n_states - 0.5, -0.5)
-    if n_actions <= _NAMED_COLUMNS:
+    axes.set(xlim=(-0.5, n_actions - 0.5), ylim=(n_states - 0.5, -0.5), xlabel="action", ylabel="state")
+    if named:
         axes.set_xticks(range(n_actions), inspection.action_names, rotation=90 if tilted else 0, parse_math=False)
-    axes.set_yticks(cells.counting_ticks(n_states))
-    axes.tick_params(length=2)
-    axes.set_xlabel("action")
-    axes.set_ylabel("state")
+    axes.set_yticks(counting_ticks(n_states))
     axes.set_title("agent 0: Q(s, a), with a dot the greedy action", loc="left")
-    cells.colour_bar(axes, image, "Q(s, a)")
+    colour_bar(axes, image, "Q(s, a)")
     return figure
 
 
 def _draw_profile(inspection: Inspection) -> Figure:
     shown = shown_actions(inspection)
-    high = max(2.1, _ROW * shown.size)
-    figure = Figure(figsize=(WIDTH, high + 0.8))
-    longest = max(len(inspection.action_names[action]) for action in shown)
-    gap = 0.6 + 0.07 * min(longest, 20)
-    left_width = 0.55 * (WIDTH - 0.62 - gap - 0.2)
-    _draw_values(panel(figure, 0.62, 0.48, left_width, high), inspection.known)
-    left = 0.62 + left_width + gap
-    bars = panel(figure, left, 0.48, WIDTH - left - 0.2, high)
+    figure = Figure(figsize=(WIDTH, max(2.1, _ROW * shown.size) + 0.8), layout="constrained")
+    curve, bars = figure.subplots(1, 2, width_ratios=(1.3, 1))
+    _draw_values(curve, inspection.known)
     _draw_counts(bars, inspection.counts[shown], [inspection.action_names[action] for action in shown])
     return figure
 
@@ -251,10 +245,10 @@ def plain_caption(inspection: Inspection) -> str:
         hidden = ["Only agent 0's values are shown"] if inspection.n_agents > 1 else []
     else:
         first = (
-            "Left: the values of the states in which something is preferred, sorted. Right: in how many of agent 0's "
-            "states each action is greedy"
+            "Printed, left: the values of the states in which something is preferred, sorted; right: in how many of "
+            "agent 0's states each action is greedy"
         )
-        hidden = ["Which state has which value and action is not shown, as the states have no layout"]
+        hidden = ["The states have no layout: on a screen they stand in a list"]
         missing = inspection.n_actions - shown_actions(inspection).size
         if missing:
             hidden.append(f"{missing} actions that are greedy less often have no bar")
@@ -281,4 +275,5 @@ PLAIN = FigureSpec(
     plain_caption,
     plain_alt,
     applies=lambda one: one.layout is None,
+    live=live_states,
 )
