@@ -23,6 +23,7 @@ from tuckerl.cli.signals import endings_are_interrupts
 from tuckerl.cli.study import study
 from tuckerl.cli.train import train
 from tuckerl.cli.tune import tune
+from tuckerl.cli.watch import watch
 from tuckerl.files import FULL
 
 _NAME = "tuckerl"  # also where it was started by `python -m tuckerl`
@@ -37,6 +38,7 @@ COMMANDS: dict[str, Callable[..., None] | typer.Typer] = {
     "compare": compare,
     "study": study,
     "tune": tune,
+    "watch": watch,
     "list": list_names,
 }
 """All commands, or groups of them; the first line of each one's docstring describes it. To add one, write its file and

@@ -1,12 +1,18 @@
 """``tuckerl compare``: two algorithms on one environment, paired by their seeds."""
 
+import json
 import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from tuckerl.cli.options import AcceptCode, Cluster, EnvSettings, OverwriteStudy, Seed, Workers
+
+if TYPE_CHECKING:
+    from tuckerl.studies.comparison import ComparisonConfig
+    from tuckerl.studies.run_progress import RunProgress
 
 
 def compare(
@@ -43,21 +49,25 @@ def compare(
     """
     # Imported here, so that --help is quick.
     from tuckerl.cli.compiling import compiling_said
-    from tuckerl.cli.settings import parse_parameters, parse_settings
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.reports.comparison_page import outcome, write_comparison
     from tuckerl.reports.comparison_text import regrets_of
     from tuckerl.reports.learner_text import by_agent
     from tuckerl.reports.live_view import runs_shown
-    from tuckerl.studies.comparison import ComparisonConfig, comparison_study
+    from tuckerl.studies.comparison import comparison_study
     from tuckerl.studies.comparison_result import means_by_agent, summarise_comparison
     from tuckerl.studies.reproduce import run_study
 
-    given, keywords = parse_parameters(settings or ()), parse_settings(env_settings or (), "--env-set")
-    config = ComparisonConfig(base, candidate, env, keywords, given, measure, agents, runs, episodes, seed)
-    comparison = comparison_study(config)
+    request = {"base": base, "candidate": candidate, "env": env, "runs": runs, "episodes": episodes, "agents": agents}
+    request |= {"settings": settings or [], "env_settings": env_settings or [], "measure": measure, "seed": seed}
+    comparison = comparison_study(config_of(request))
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
-    with compiling_said(), short_warnings(), runs_shown("runs") as progress:
+
+    def tell(runs: "RunProgress") -> None:  # from the first call on, the folder is this comparison's
+        _keep_request(request, folder)
+        show(runs)
+
+    with compiling_said(), short_warnings(), runs_shown("runs") as show:
         tables = run_study(
             comparison.study,
             folder,
@@ -65,7 +75,7 @@ def compare(
             cluster=cluster,
             overwrite=overwrite,
             accept_code=accept_code,
-            progress=progress,
+            progress=tell,
         )
     result = summarise_comparison(comparison, tables)
     report = write_comparison(result, folder)
@@ -75,3 +85,39 @@ def compare(
     for name, means in means_by_agent(comparison, tables).items():
         typer.echo(f"Mean return of {name} by agent: {by_agent(means)}")
     typer.echo(f"Report: {report}")
+
+
+def config_of(request: Mapping[str, Any]) -> "ComparisonConfig":
+    """Return the comparison that a ``request.json`` asks for: what was typed, by the names of the options.
+
+    Raises
+    ------
+    ParameterError, UnknownNameError
+        If a setting cannot be read.
+    """
+    from tuckerl.cli.settings import parse_parameters, parse_settings
+    from tuckerl.studies.comparison import ComparisonConfig
+
+    return ComparisonConfig(
+        request["base"],
+        request["candidate"],
+        request["env"],
+        parse_settings(request["env_settings"], "--env-set"),
+        parse_parameters(request["settings"]),
+        request["measure"],
+        request["agents"],
+        request["runs"],
+        request["episodes"],
+        request["seed"],
+    )
+
+
+def _keep_request(request: Mapping[str, Any], folder: Path) -> None:
+    """Write what was asked for into the folder, from which `tuckerl watch` makes the comparison again."""
+    from tuckerl.files import write_whole
+    from tuckerl.reports.watched import REQUEST
+
+    content = f"{json.dumps(request, indent=1)}\n".encode()
+    path = folder / REQUEST
+    if not path.exists() or path.read_bytes() != content:
+        write_whole(path, content)

@@ -27,7 +27,7 @@ from tuckerl.studies.tables import KEY, StudyTables
 from tuckerl.studies.workers import Played
 
 # What reports make of the tables:
-_SHOWN = ("claims.json", "compare.json", "comparisons.json", "tune.json", "report.html")
+_SHOWN = ("claims.json", "compare.json", "comparisons.json", "tune.json", "request.json", "report.html")
 _MADE = "made.json"
 _FAILURES = "failures"
 
