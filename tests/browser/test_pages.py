@@ -12,8 +12,6 @@ pytestmark = pytest.mark.compiled
 Kept = Callable[[str, Scheme], Visit]
 Written = Callable[[str], str]
 
-_BUTTONS_IN_AN_IMAGE = pytest.mark.xfail(reason="the interactive figure's buttons are inside an element of role img")
-
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("name", SUBJECTS)
@@ -27,9 +25,7 @@ def test_a_page_fits_into_every_window(name: str, width: int, kept: Kept, writte
     assert kept(written(name), "light").too_wide(width) == []
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=_BUTTONS_IN_AN_IMAGE if name == "reproduce" else ()) for name in SUBJECTS]
-)
+@pytest.mark.parametrize("name", SUBJECTS)
 def test_axe_finds_nothing_serious(name: str, kept: Kept, written: Written) -> None:
     assert kept(written(name), "light").axe() == []
 

@@ -6,6 +6,7 @@ import polars as pl
 import pytest
 
 from tuckerl.studies.claims import Claim, judge_claims
+from tuckerl.studies.dyna_maze import DYNA_MAZE
 from tuckerl.studies.reproduce import run_study
 from tuckerl.studies.scenarios import scenario_study
 from tuckerl.studies.study import Study
@@ -149,6 +150,28 @@ def test_the_shortest_path_of_the_best_agent_is_pictured(study: Study, tables: S
         assert summary.best_episodes[path.variant] == pytest.approx(best)
 
 
+def test_paths_of_older_results_are_the_shortest_alone(study: Study, tables: StudyTables) -> None:
+    _, (summary,) = summarise(study, tables)
+    shortest = tables.paths.group_by("variant", "agent", "episode").len().sort("len", "episode")
+    first = shortest.group_by("variant", "agent", maintain_order=True).first()
+    old = tables.paths.join(first, on=["variant", "agent", "episode"], how="semi")
+    old = old.with_columns(episode=pl.lit(None, dtype=pl.Int32))
+    _, (of_old,) = summarise(study, tables._replace(paths=old))
+    for path, of_older in zip(summary.paths, of_old.paths, strict=True):
+        assert len(path.episodes) == study.scenarios[0].n_episodes
+        assert of_older.episodes == ()
+        assert of_older.states.tolist() == path.states.tolist()
+
+
+def test_the_agent_that_is_copied_is_counted_window_by_window(study: Study, tables: StudyTables) -> None:
+    _, (summary,) = summarise(study, tables)
+    course = next(c for c in summary.weights if c.variant == "dyna-ht-3")
+    own = tables.weights.filter(variant="dyna-ht-3", action=0, episode=20)
+    assert [part[1] for part in course.chosen] == [(own["chosen"] == agent).mean() for agent in range(3)]
+    assert sum(part[1] for part in course.chosen) == pytest.approx(1)
+    assert course.n_runs == own.height
+
+
 def paper_tables(seconds: dict[str, float], steps: dict[str, int]) -> tuple[Study, StudyTables]:
     """The paper's study and tables in which a kind of variant takes so long, for so many steps, in each run."""
     study = scenario_study(runs=2, episodes=1)
@@ -239,7 +262,7 @@ def test_weights_of_runs_that_ended_early_are_in_no_band() -> None:
         for action in (0, 1)
         if run < 2 or episode < 19
     ]
-    weights = pl.DataFrame(rows, schema=["run", "episode", "action", "weight"], orient="row").with_columns(instance=0)
-    course = _weight_course("t", weights)
+    weights = pl.DataFrame(rows, schema=["run", "episode", "action", "weight"], orient="row")
+    course = _weight_course(DYNA_MAZE.variant("dyna-ht-1"), weights.with_columns(instance=0, chosen=0))
     assert course.episode.tolist() == [9, 19]
     assert [band.mean.tolist() for band in course.bands] == [[0.375, 0.375]] * 2

@@ -59,13 +59,14 @@ def test_a_run_is_what_the_learner_alone_does(study: Study, tmp_path: Path) -> N
     assert np.array_equal(chosen["steps"].to_numpy().reshape(3, 20), learner.steps.T)
 
 
-def test_paths_are_the_shortest_episodes_of_the_pictured_run(study: Study, tmp_path: Path) -> None:
+def test_paths_are_all_episodes_of_the_pictured_run(study: Study, tmp_path: Path) -> None:
     tables = run_study(study, tmp_path, workers=1)
     assert set(tables.paths["variant"]) == {"dyna-h", "dyna-ht-1", "dyna-ht-3"}
-    for (variant, agent), path in tables.paths.group_by("variant", "agent"):
-        steps = tables.runs.filter(variant=variant, agent=agent, instance=0, run=0)["steps"]
-        assert path.height - 1 == steps.min()
-        assert path.sort("step")["state"][[0, -1]].to_list() == [18, 8]  # Sutton's start and goal
+    for (variant, agent), paths in tables.paths.group_by("variant", "agent"):
+        steps = tables.runs.filter(variant=variant, agent=agent, instance=0, run=0).sort("episode")["steps"]
+        assert paths.group_by("episode").len().sort("episode")["len"].to_list() == [one + 1 for one in steps]
+        for _, path in paths.group_by("episode"):
+            assert path.sort("step")["state"][[0, -1]].to_list() == [18, 8]  # Sutton's start and goal
 
 
 def test_workers_do_not_change_a_bit(study: Study, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tuckerl.reports.figure import WIDTH, FigureSpec
+from tuckerl.reports.live_weights import live_weights, weight_columns
 from tuckerl.reports.styles import ACTION_STYLES, BLACK, EndLabel, LineStyle, count_episodes, label_ends, plot_line
 from tuckerl.reports.text import counted, number
 from tuckerl.studies.figure_text import WeightText
@@ -200,4 +201,12 @@ def ends_words(course: Course, actions: Sequence[str], most: int = 6) -> str:
     return f"{course.title}{': ' if course.title else ''}{', '.join(named) or 'no run is left'}"
 
 
-WEIGHTS = FigureSpec(Summary, weight_text, _draw, _caption, _alt)
+WEIGHTS = FigureSpec(
+    Summary,
+    weight_text,
+    _draw,
+    _caption,
+    _alt,
+    columns=lambda summary: weight_columns(summary, weight_text(summary)),
+    live=lambda summary: live_weights(summary, weight_text(summary)),
+)

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from tuckerl.reports.figure import FigureSpec
+from tuckerl.reports.figure import Columns, FigureSpec, Live
+from tuckerl.reports.lines import MOST_NUMBERS, curve_columns, live_curves
 from tuckerl.reports.panels import Panels, draw_panels, left_out
 from tuckerl.reports.text import counted, measured, whole
 from tuckerl.studies.comparison_result import ComparisonResult
@@ -32,8 +33,8 @@ def _text(summary: Summary) -> CurveText:
     )
     text = scenario.text_of(default)
     base, instances = scenario.variants[0].name, counted(scenario.n_instances, scenario.instance)
-    words = (one.format(base=base, instances=instances) for one in (text.total, text.gain, text.summed))
-    return CurveText(text.name, text.title, *words)
+    total, summed = (one.format(base=base, instances=instances) for one in (text.total, text.summed))
+    return CurveText(text.name, text.title, total, text.gain.replace("{instances}", instances), summed)
 
 
 def panels_of(summary: Summary) -> Panels:
@@ -41,9 +42,8 @@ def panels_of(summary: Summary) -> Panels:
     measure, text = summary.measure, _text(summary)
     episode = np.arange(1, summary.curves[0].band.mean.size + 1)
     counts_steps = measure.column == "steps"
-    return Panels(
-        summary.scenario, episode, summary.curves, measure.larger_is_better, text.total, text.gain, counts_steps
-    )
+    how = (measure.larger_is_better, text.total, text.gain, counts_steps)
+    return Panels(summary.scenario, episode, summary.curves, *how, is_cumulated=True)
 
 
 def _draw(summary: Summary) -> Figure:
@@ -54,8 +54,9 @@ def _caption(summary: Summary) -> str:
     runs, base = counted(summary.scenario.n_runs, "run"), summary.curves[0].variant
     return (
         f"Above: {_text(summary).summed}; mean of {runs}. Below: the same as a difference from {base}, taken run by "
-        "run, so that more is better. Shaded: pointwise 95 % interval of the mean over runs (Student's t). The colour "
-        "says how many agents there are; controls are dashed (constant weights) and dotted (permuted weights)."
+        "run, so that more is better. Shaded: pointwise 95 % interval of the mean over runs (Student's t). A colour "
+        "stands for a number of agents and what they copy; controls are dashed (constant weights) and dotted "
+        "(permuted weights)."
         f"{left_out(summary.curves)}"
     )
 
@@ -67,7 +68,15 @@ def _alt(summary: Summary) -> str:
     return f"Two panels of curves by episode. {column.capitalize()} cumulated at the end: {ends}."
 
 
-CURVES = FigureSpec(Summary, _text, _draw, _caption, _alt)
+def _live(summary: Summary) -> Live:
+    return live_curves(panels_of(summary), _text(summary).title)
+
+
+def _columns(summary: Summary) -> Columns:
+    return curve_columns(panels_of(summary))
+
+
+CURVES = FigureSpec(Summary, _text, _draw, _caption, _alt, columns=_columns, live=_live)
 
 
 class _ByEpisode(NamedTuple):
@@ -81,7 +90,7 @@ class _ByEpisode(NamedTuple):
     @property
     def panels(self) -> Panels:
         """Each variant's learning curve above and its paired difference from the base below."""
-        column, base = self.measure.column, self.curves[0].variant
+        column = self.measure.column
         shown = {curve.variant for curve in self.curves}
         variants = tuple(variant for variant in self.scenario.variants if variant.name in shown)
         return Panels(
@@ -90,7 +99,7 @@ class _ByEpisode(NamedTuple):
             self.curves,
             self.measure.larger_is_better,
             f"{column} of an episode",
-            f"better than {base} by ({column})",
+            f"better than {{base}} by ({column})",
             counts_steps=False,
         )
 
@@ -138,6 +147,8 @@ COMPARISON = FigureSpec(
     lambda result: draw_panels(_of_comparison(result).panels),
     lambda result: _of_comparison(result).caption,
     lambda result: _of_comparison(result).alt,
+    columns=lambda result: curve_columns(_of_comparison(result).panels),
+    live=lambda result: live_curves(_of_comparison(result).panels, result.study.scenario.title),
 )
 
 PROBLEM = FigureSpec(
@@ -147,4 +158,8 @@ PROBLEM = FigureSpec(
     lambda result: _of_problem(result).caption,
     lambda result: _of_problem(result).alt,
     applies=lambda result: bool(result.curves.curves),
+    columns=lambda result: curve_columns(_of_problem(result).panels),
+    live=lambda result: live_curves(
+        _of_problem(result).panels, result.scenario.name, MOST_NUMBERS // result.n_problems
+    ),
 )

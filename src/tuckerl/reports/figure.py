@@ -47,6 +47,7 @@ class Live(NamedTuple):
 
     kind: str  # the script that draws it: ``scripts/KIND.js``
     content: dict[str, Any]  # as JSON
+    caption: str = ""  # where what is said of the still figure is not true of it
 
 
 class RenderedFigure(NamedTuple):
@@ -77,7 +78,7 @@ class FigureSpec(Generic[Subject]):
     alt: Callable[[Subject], str]
     applies: Callable[[Subject], bool] = lambda _: True  # whether there is anything to draw
     columns: Callable[[Subject], Columns] | None = None  # the numbers in it, where no table beside it has them
-    live: Callable[[Subject], Live] | None = None
+    live: Callable[[Subject], Live | None] | None = None
 
     def text_of(self, subject: Subject) -> FigureText:
         """Return the figure's name and title."""

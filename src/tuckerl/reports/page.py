@@ -102,7 +102,7 @@ def _environment() -> Environment:
 def scripts_of(figures: Iterable[RenderedFigure]) -> list[Script]:
     """Return the scripts of a page: what every page has, and those that draw its figures."""
     kinds = {figure.live.kind for figure in figures if figure.live}
-    return [_script(name) for name in ("page", *sorted(kinds))]
+    return [_script(name) for name in ("page", *(["plot"] if kinds else []), *sorted(kinds))]
 
 
 def _script(name: str) -> Script:

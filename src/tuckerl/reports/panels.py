@@ -28,8 +28,9 @@ class Panels(NamedTuple):
     curves: tuple[Curve, ...]
     larger_is_better: bool
     total: str  # the words of the axes
-    gain: str
+    gain: str  # with "{base}" for the base's name
     counts_steps: bool  # from 0 on, in whole numbers
+    is_cumulated: bool = False  # over episodes
 
     @property
     def styles(self) -> dict[str, LineStyle]:
@@ -41,14 +42,22 @@ class Panels(NamedTuple):
         """The lines of the upper panel, by variant."""
         return {curve.variant: curve.band for curve in self.curves}
 
+    def gain_on(self, base: str) -> str:
+        """Return the words of the lower axis for differences from a base."""
+        return self.gain.replace("{base}", base)
+
+    def in_favour(self, difference: Band) -> Band:
+        """Return a difference counted so that more is better."""
+        mean, low, high = difference
+        return difference if self.larger_is_better else Band(-mean, -high, -low)
+
     @property
     def gains(self) -> dict[str, Band]:
         """The lines of the lower panel: of the base zero throughout, of all others by how much they are better."""
         base, *others = self.curves
         lines = {base.variant: Band(*np.zeros((3, base.band.mean.size)))}
         for curve in others:
-            mean, low, high = curve.against_base
-            lines[curve.variant] = curve.against_base if self.larger_is_better else Band(-mean, -high, -low)
+            lines[curve.variant] = self.in_favour(curve.against_base)
         return lines
 
 
@@ -74,7 +83,7 @@ def draw_panels(panels: Panels) -> Figure:
     look = styles[base]
     lower.axhline(0, color=look.colour, linewidth=look.width, zorder=_CONTROLS)
     upper.set_ylabel(panels.total)
-    lower.set_ylabel(panels.gain, parse_math=False)
+    lower.set_ylabel(panels.gain_on(base), parse_math=False)
     lower.set_xlabel("episodes")
     lower.xaxis.set_major_locator(MaxNLocator(integer=True))
     for axes, lines in ((upper, panels.totals), (lower, panels.gains)):

@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from tuckerl.checks import shown
 from tuckerl.errors import ProblemError
 from tuckerl.problems.maze import Cell, Maze
-from tuckerl.reports.figure import FigureSpec
+from tuckerl.reports.figure import Columns, FigureSpec, Live
+from tuckerl.reports.lines import looks_of
 from tuckerl.reports.styles import BLACK, GREEN, LineStyle, line_styles
 from tuckerl.reports.text import counted, joined
 from tuckerl.studies.figure_text import PathText
@@ -98,17 +99,21 @@ def _title(axes: Axes, name: str, words: str) -> None:
 def _caption(summary: Summary) -> str:
     scenario = summary.scenario
     shortest = len(first_maze(summary).shortest_path()) - 1
-    words = [
+    return (
         f"The shortest of {counted(scenario.n_episodes, 'episode')} that each variant walked in maze 0, run 0, while "
         "learning went on (of several agents, the one with the shortest); right, the shortest possible path, "
-        f"{shortest} steps. A step into a wall or over the border counts and does not move."
-    ]
+        f"{shortest} steps. {_caption_of_all(summary)}"
+    )
+
+
+def _caption_of_all(summary: Summary) -> str:
+    words = ["A step into a wall or over the border counts and does not move."]
     if _text(summary).paper_steps:
         words.append(
             "The paper's numbers belong to a maze that it does not publish: only their order can be compared, and one "
             "maze decides nothing."
         )
-    judged = [comparison.id for comparison in scenario.comparisons if comparison.measure == "path"]
+    judged = [comparison.id for comparison in summary.scenario.comparisons if comparison.measure == "path"]
     if judged:
         claims_are = "Claims {} are" if len(judged) > 1 else "Claim {} is"
         words.append(f"{claims_are.format(joined(judged))} judged on all.")
@@ -124,6 +129,43 @@ def _alt(summary: Summary) -> str:
     )
 
 
+def _columns(summary: Summary) -> Columns:
+    """Return the cells of the paths that are drawn, a row for each step."""
+    maze = first_maze(summary)
+    rows = [(path.variant, step, *maze.cell(state)) for path in summary.paths for step, state in enumerate(path.states)]
+    names = ("variant", "step", "row", "column")
+    return dict(zip(names, zip(*rows, strict=True) if rows else [()] * len(names), strict=True))
+
+
+def _live(summary: Summary) -> Live:
+    """Return the maze and the paths of all episodes, where there are any; of older results, the shortest ones."""
+    maze, text = first_maze(summary), _text(summary)
+    content = {
+        "title": text.title,
+        "rows": maze.rows,
+        "columns": maze.columns,
+        "walls": np.flatnonzero(maze.walls).tolist(),
+        "start": maze.start,
+        "goal": maze.goal,
+        "shortest": len(maze.shortest_path()) - 1,
+        "looks": looks_of(line_styles(summary.scenario)),
+        "paths": [
+            {
+                "name": path.variant,
+                "best": path.states.tolist(),
+                "words": path_words(summary, maze, path),
+                "episodes": [states.tolist() for states in path.episodes],
+            }
+            for path in summary.paths
+        ],
+    }
+    caption = (
+        "The way of each variant through maze 0 in run 0, while learning went on (of several agents, the one with the "
+        f"shortest episode). {_caption_of_all(summary)}"
+    )
+    return Live("paths", content, caption)
+
+
 PATHS = FigureSpec(
     Summary,
     _text,
@@ -131,4 +173,6 @@ PATHS = FigureSpec(
     _caption,
     _alt,
     applies=lambda one: bool(one.paths) and isinstance(one.scenario.problem(0), Maze),
+    columns=_columns,
+    live=_live,
 )

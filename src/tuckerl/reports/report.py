@@ -6,7 +6,7 @@ from itertools import chain, product
 from pathlib import Path
 
 from tuckerl.reports.ablation import what_works, without_the_step
-from tuckerl.reports.figure import draw_figures
+from tuckerl.reports.figure import RenderedFigure, draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.page import write_page
 from tuckerl.reports.text import all_pairs, counted, ranks_of
@@ -61,7 +61,7 @@ def write_report(
         "report.html",
         list(drawn),
         numbers=("claims.json", [claim.to_dict() for claim in claims]),
-        claims=[(claim, reading(study, claim)) for claim in claims],
+        claims=[(claim, reading(study, claim), figure_of(study, claim, figures)) for claim in claims],
         outcome=outcome(claims),
         is_it_the_tensor=IS_IT_THE_TENSOR,
         marks=MARKS,
@@ -78,6 +78,15 @@ def write_report(
         what_works=what_works,
         without_the_step=without_the_step,
     )
+
+
+def figure_of(study: Study, claim: Claim, figures: Mapping[str, Sequence[RenderedFigure]]) -> RenderedFigure | None:
+    """Return the figure that shows what a claim is about; None of one that no figure shows."""
+    measures = {(s.name, c.id): c.measure for s in study.scenarios for c in s.comparisons}
+    measure = measures.get((claim.scenario, claim.id))
+    kind = "paths" if measure == "path" else "lines"
+    own = figures.get(claim.scenario, ()) if measure else ()
+    return next((figure for figure in own if figure.live and figure.live.kind == kind), None)
 
 
 def commands(study: Study, *, with_cells: bool = False) -> list[str]:

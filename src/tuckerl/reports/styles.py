@@ -1,8 +1,8 @@
 """How variants look, in every figure alike: they differ in dash and marker as well as in colour.
 
-Colours are Okabe and Ito's, safe for the colour-blind. A colour says how many agents there are and a dash which
-weights: a T-version is solid and bold, a control thin and dashed or dotted in the colour of the T-version that it
-belongs to.
+Colours are Okabe and Ito's, safe for the colour-blind. A colour says how many agents there are and what they copy,
+a dash which weights: a T-version is solid and bold, a control thin and dashed or dotted in the colour of the T-version
+that it belongs to.
 """
 
 from typing import Any, NamedTuple
@@ -18,6 +18,14 @@ from tuckerl.types import FloatArray, IntArray
 
 BLACK, BLUE, VERMILLION, GREEN = "#000000", "#0072B2", "#D55E00", "#009E73"
 PURPLE, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
+COLOUR_NAMES = dict(
+    zip(
+        (BLACK, BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY),
+        ("black", "blue", "vermillion", "green", "purple", "orange", "sky"),
+        strict=True,
+    )
+)
+"""What pages call the colours: on a dark screen they have lighter ones of the same hue."""
 
 _COLOURS = {1: BLUE, 2: GREEN, 3: VERMILLION}
 _SPARE = (PURPLE, ORANGE, SKY, GREEN)

@@ -154,7 +154,8 @@ class Parts:
 
     def _tables(self, part: str) -> StudyTables:
         with zipfile.ZipFile(self.folder / f"{part}{_SUFFIX}") as archive:
-            return StudyTables(*(pl.read_parquet(archive.read(f"{name}.parquet")) for name in StudyTables._fields))
+            frames = {name: pl.read_parquet(archive.read(f"{name}.parquet")) for name in StudyTables._fields}
+        return StudyTables(**{name: _completed(own, {_OF: pl.UInt32} | ROWS[name]) for name, own in frames.items()})
 
     def bring_together(self) -> bool:
         """Make one part of the small ones, where these are many; return whether that was so."""
@@ -207,7 +208,7 @@ def _ordered(labels: pl.DataFrame, found: list[tuple[IntArray, pl.DataFrame]], c
     if not found:
         return pl.DataFrame(schema=labels.schema | columns)
     order = np.concatenate([order for order, _ in found])
-    rows = pl.concat([_completed(frame, columns) for _, frame in found])
+    rows = pl.concat([frame for _, frame in found]).select(*columns)
     if len(found) > 1:
         sorting = np.argsort(order, kind="stable")
         order, rows = order[sorting], rows[sorting]

@@ -107,7 +107,7 @@ def play_run(study: Study, run: Run, checkpoint: Path | None = None) -> StudyTab
     variant = scenario.variant(run.variant)
     environment = _environment(scenario, variant, run.instance)
     seed = study.run_seed(scenario, run.instance, run.run)
-    paths: list[IntArray] = []
+    paths: list[list[IntArray]] = []
     before = time.process_time()  # kernels run in threads of their own
     with _without_warnings():
         if is_recorded(scenario, variant, run.instance, run.run):
@@ -142,16 +142,15 @@ def _regret(learner: Learner) -> float | None:
         return None
 
 
-def _learn_with_paths(learner: Learner, episodes: int) -> list[IntArray]:
-    """Learn as ever, and return the states of each agent's shortest episode (the first of them)."""
-    best: list[IntArray] = []
+def _learn_with_paths(learner: Learner, episodes: int) -> list[list[IntArray]]:
+    """Learn as ever, and return the states of every episode, agent by agent."""
+    paths = []
     for _ in range(episodes):
         learner.learn(episodes=1)
         if learner.diverged_at is not None:
             break
-        latest = learner.trajectories
-        best = [min(pair, key=len) for pair in zip(best, latest, strict=True)] if best else list(latest)
-    return best
+        paths.append(list(learner.trajectories))
+    return paths
 
 
 def _frame(kind: str, **columns: Any) -> pl.DataFrame:
@@ -178,6 +177,11 @@ def _weights_frame(learner: Learner) -> pl.DataFrame:
     )
 
 
-def _paths_frame(paths: list[IntArray]) -> pl.DataFrame:
-    rows = [(agent, step, state) for agent, path in enumerate(paths) for step, state in enumerate(path.tolist())]
-    return _frame("paths", **pl.DataFrame(rows, ("agent", "step", "state"), orient="row").to_dict())
+def _paths_frame(paths: list[list[IntArray]]) -> pl.DataFrame:
+    """Return the rows of paths by episode and agent, in the order of agents."""
+    frames = [
+        _frame("paths", agent=agent, episode=episode, step=np.arange(path.size), state=path)
+        for agent in range(len(paths[0]) if paths else 0)
+        for episode, path in enumerate(by_agent[agent] for by_agent in paths)
+    ]
+    return pl.concat(frames) if frames else pl.DataFrame(schema=ROWS["paths"])

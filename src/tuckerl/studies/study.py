@@ -149,7 +149,7 @@ class Scenario:
     measure: str  # what curves and ablation show: a name in statistics.MEASURES
     comparisons: tuple[Comparison, ...] = ()
     assumptions: tuple[Assumption, ...] = ()
-    record_paths_of: tuple[str, ...] = ()  # variants whose best paths in run 0 of instance 0 are kept
+    record_paths_of: tuple[str, ...] = ()  # variants whose paths in run 0 of instance 0 are kept
     shares: tuple[str, ...] = ()  # the sharing rules of the ablation; none leaves several agents out of it
     alternatives: tuple[Alternative, ...] = ()  # to its readings, for ``--sensitivity``
     n_alternative_runs: int = 20  # of each alternative, at most

@@ -22,6 +22,7 @@ class ProblemResult(NamedTuple):
     estimates: tuple[Estimate, ...]  # in the order of the variants, of the scenario's measure
     curves: LearningCurves
     comparisons: tuple[Compared, ...]
+    n_problems: int = 1  # of the study
 
     @property
     def measure(self) -> Measure:
@@ -67,7 +68,7 @@ def _problem_result(study: Study, place: int, scenario: Scenario, reached: Reach
         names = [name for name in (one.base, one.candidate, one.control) if name]
         of_each = tuple(reached.estimate(name, one.measure) for name in names)
         comparisons.append(Compared(one, variants[one.base], variants[one.candidate], *differences, of_each))
-    return ProblemResult(place, scenario, estimates, curves, tuple(comparisons))
+    return ProblemResult(place, scenario, estimates, curves, tuple(comparisons), len(study.scenarios))
 
 
 def _with_curves(scenario: Scenario, estimates: tuple[Estimate, ...]) -> list[str]:

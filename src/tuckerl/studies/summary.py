@@ -8,9 +8,20 @@ import polars as pl
 
 from tuckerl.studies.claims import Claim, judge_claims
 from tuckerl.studies.statistics import MEASURES, Band, Measure, mean_band
-from tuckerl.studies.study import Scenario, Study
+from tuckerl.studies.study import Scenario, Study, Variant
 from tuckerl.studies.tables import StudyTables
 from tuckerl.types import FloatArray, IntArray
+
+
+class Samples(NamedTuple):
+    """A variant's series of numbers in each run."""
+
+    runs: IntArray  # (n,) those in which nothing diverged
+    values: FloatArray  # (n, E)
+    n_diverged: int
+
+
+NO_SAMPLES = Samples(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), 0)
 
 
 class Curve(NamedTuple):
@@ -21,6 +32,7 @@ class Curve(NamedTuple):
     against_base: Band  # (E,) this variant minus the first one, paired over the runs that neither left early
     n_runs: int
     n_diverged: int
+    samples: Samples = NO_SAMPLES  # the runs that the band is made of
 
 
 class WeightCourse(NamedTuple):
@@ -29,6 +41,8 @@ class WeightCourse(NamedTuple):
     variant: str
     episode: IntArray  # (W,) the episode after which the weights hold
     bands: tuple[Band, ...]  # one for each action, (W,)
+    n_runs: int = 0  # behind each mean
+    chosen: tuple[FloatArray, ...] = ()  # (W,) for each agent: the part of the runs in which it is the one to copy
 
 
 class Path(NamedTuple):
@@ -36,6 +50,7 @@ class Path(NamedTuple):
 
     variant: str
     states: IntArray
+    episodes: tuple[IntArray, ...] = ()  # the states of each of that agent's episodes; of older results none
 
 
 class Summary(NamedTuple):
@@ -72,7 +87,11 @@ def _summary(scenario: Scenario, tables: StudyTables) -> Summary:
     return Summary(
         scenario,
         paired_curves({name: own._replace(values=own.values.cumsum(axis=1)) for name, own in samples.items()}),
-        tuple(_weight_course(name, weights.filter(pl.col("variant") == name)) for name in names if name in weighted),
+        tuple(
+            _weight_course(variant, weights.filter(pl.col("variant") == variant.name))
+            for variant in scenario.variants
+            if variant.name in weighted
+        ),
         tuple(_path(name, paths.filter(pl.col("variant") == name)) for name in scenario.record_paths_of),
         dict(best_episodes.agg(measured.mean().fill_null(np.nan)).iter_rows()),
         mean_seconds(times),
@@ -84,23 +103,19 @@ def mean_seconds(times: pl.DataFrame) -> dict[str, float]:
     return dict(times.group_by("variant").agg((pl.col("seconds") / pl.col("agents")).mean()).iter_rows())
 
 
-class Samples(NamedTuple):
-    """A variant's series of numbers in each run."""
-
-    runs: IntArray  # (n,) those in which nothing diverged
-    values: FloatArray  # (n, E)
-    n_diverged: int
-
-
 def paired_curves(samples: Mapping[str, Samples]) -> tuple[Curve, ...]:
     """Return each variant's curve, paired with the first one's."""
     base = next(iter(samples.values()))
-    curves = []
-    for name, own in samples.items():
-        _, here, there = np.intersect1d(own.runs, base.runs, return_indices=True)
-        paired = own.values[here] - base.values[there]
-        curves.append(Curve(name, mean_band(own.values), mean_band(paired), own.runs.size, own.n_diverged))
-    return tuple(curves)
+    return tuple(
+        Curve(name, mean_band(own.values), paired_band(own, base)[0], own.runs.size, own.n_diverged, own)
+        for name, own in samples.items()
+    )
+
+
+def paired_band(samples: Samples, base: Samples) -> tuple[Band, int]:
+    """Return the band of the differences from another variant's runs, and how many runs both have."""
+    _, here, there = np.intersect1d(samples.runs, base.runs, return_indices=True)
+    return mean_band(samples.values[here] - base.values[there]), here.size
 
 
 def samples_of(runs: pl.DataFrame, column: str) -> Samples:
@@ -119,16 +134,26 @@ def samples_of(runs: pl.DataFrame, column: str) -> Samples:
     return Samples(kept.to_numpy(), cells[column].to_numpy().reshape(-1, n_episodes), by_run.height - kept.len())
 
 
-def _weight_course(variant: str, weights: pl.DataFrame) -> WeightCourse:
+def _weight_course(variant: Variant, weights: pl.DataFrame) -> WeightCourse:
     episode = weights["episode"].unique().sort().to_numpy()
     n_actions = int(weights["action"].max()) + 1  # type: ignore[arg-type]  # an integer column
     complete = weights.filter(pl.len().over("instance", "run") == episode.size * n_actions)
     samples = complete.sort("instance", "run", "episode", "action")["weight"].to_numpy()
     cube = samples.reshape(-1, episode.size, n_actions)
-    return WeightCourse(variant, episode, tuple(mean_band(cube[:, :, action]) for action in range(n_actions)))
+    bands = tuple(mean_band(cube[:, :, action]) for action in range(n_actions))
+    chosen = complete.filter(action=0).sort("episode", "instance", "run")["chosen"].to_numpy()
+    agents = np.arange(variant.n_agents)[:, np.newaxis, np.newaxis]
+    parts = (chosen.reshape(episode.size, -1) == agents).mean(axis=2) if len(cube) else ()
+    return WeightCourse(variant.name, episode, bands, len(cube), tuple(parts))
 
 
 def _path(variant: str, paths: pl.DataFrame) -> Path:
-    lengths = paths.group_by("agent").len().sort("len", "agent")
-    best = paths.join(lengths.head(1), on="agent", how="semi").sort("step")
-    return Path(variant, best["state"].to_numpy())
+    lengths = paths.group_by("agent", "episode").len().sort("len", "agent", "episode")
+    if lengths.is_empty():
+        return Path(variant, paths["state"].to_numpy())
+    agent, episode, _ = lengths.row(0)
+    by_episode = paths.filter(agent=agent).sort("episode", "step").partition_by("episode", maintain_order=True)
+    if episode is None:
+        return Path(variant, by_episode[0]["state"].to_numpy())
+    episodes = tuple(own["state"].to_numpy() for own in by_episode)
+    return Path(variant, episodes[episode], episodes)

@@ -15,7 +15,7 @@ ROWS: dict[str, Any] = {
         "chosen": pl.Int32,
         "fit": pl.Float64,
     },
-    "paths": _AGENT | {"step": pl.Int32, "state": pl.Int64},
+    "paths": _AGENT | {"episode": pl.Int32, "step": pl.Int32, "state": pl.Int64},
     "times": {"agents": pl.Int32, "seconds": pl.Float64, "tensor_step_seconds": pl.Float64, "regret": pl.Float64},
 }
 """What a row of each table says of one run."""
@@ -29,7 +29,8 @@ class StudyTables(NamedTuple):
 
     runs: pl.DataFrame  # steps and return of every episode; null from the one on in which a run diverged
     weights: pl.DataFrame  # what the tensor step decided after every window
-    paths: pl.DataFrame  # the states of the recorded variants' shortest episodes
+    # The states of the recorded variants' episodes; of older results, of the shortest one, whose number is null.
+    paths: pl.DataFrame
     # Processor time, and the tensor step's part of it: the one thing that differs between two plays of a run. And the
     # regret of what was learned, where that is asked and known.
     times: pl.DataFrame
