@@ -68,15 +68,16 @@ def table(rows: list[Row]) -> str:
     head = f"{'what':<44} {'unit':<14} {'tuckerl':>10}   {'peer':<28} {'its time':>10} {'times faster':>13}"
     lines = [head, "-" * len(head)]
     for row in rows:
-        peer = "-" if row.peer is None else _duration(row.peer)
+        peer = "-" if row.peer is None else duration(row.peer)
         ratio = "-" if row.ratio is None else f"{row.ratio:.2f}" if row.ratio < 10 else f"{row.ratio:.0f}"
         lines.append(
-            f"{row.what:<44} {row.unit:<14} {_duration(row.ours):>10}   {row.peer_name:<28} {peer:>10} {ratio:>13}"
+            f"{row.what:<44} {row.unit:<14} {duration(row.ours):>10}   {row.peer_name:<28} {peer:>10} {ratio:>13}"
         )
     return "\n".join(lines)
 
 
-def _duration(value: float) -> str:
+def duration(value: float) -> str:
+    """Return a time in words, with three digits."""
     for scale, name in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")):
         if value >= scale:
             return f"{value / scale:.3g} {name}"

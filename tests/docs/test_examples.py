@@ -1,7 +1,9 @@
 """Every example that users read is run: pages, the README, notebooks and docstrings.
 
 On a page (Markdown), the ``python`` blocks run in order in one namespace and an empty folder; a block in ``>>>`` form
-is compared with what it shows. In a ``console`` block, each line that begins with ``$ tuckerl`` runs and must succeed.
+is compared with what it shows, and any other with the ``text`` block right below it, which shows what it prints. In a
+``console`` block, each line that begins with ``$ tuckerl`` runs, must succeed, and must print the lines below it, where
+there are any. In what is printed, ``...`` stands for anything, and lines may be broken elsewhere.
 A ``toml`` block whose first line is ``# NAME.toml`` is written to that file.
 A comment on the line before a block changes that: ``% pending`` (it needs what is not there yet) and ``% not run`` (it
 takes minutes, or shows what others wrote) skip it.
@@ -28,6 +30,7 @@ from tuckerl.cli import main
 
 ROOT = Path(__file__).parents[2]
 SKIPPED = ("% pending", "% not run")
+PRINTED: Any = {"precision": 8, "threshold": 1000, "edgeitems": 3, "linewidth": 75, "suppress": False}
 DOCTEST = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 FENCE = re.compile(r"(?P<indent> *)(?P<ticks>`{3,})(?P<kind>[^\s`]*)[^`]*$")
 
@@ -65,29 +68,65 @@ def blocks(text: str) -> Iterator[Block]:
         at = end + 1
 
 
-def run_python(block: Block, page: Path, namespace: dict[str, Any]) -> None:
+def run_python(block: Block, page: Path, namespace: dict[str, Any]) -> str:
+    """Run a block, and return what it prints."""
+    printed = io.StringIO()
     if ">>> " in block.code:
         run_doctest(doctest.DocTestParser().get_doctest(block.code, namespace, page.name, str(page), block.line - 1))
     else:
         code = "\n" * (block.line - 1) + block.code  # so that a traceback names the page's own line
-        exec(compile(code, str(page), "exec"), namespace)  # noqa: S102  # our own pages
+        with contextlib.redirect_stdout(printed), np.printoptions(**PRINTED):
+            exec(compile(code, str(page), "exec"), namespace)  # noqa: S102  # our own pages
+    return printed.getvalue()
+
+
+def is_right_below(block: Block, above: Block | None) -> bool:
+    """Return whether only a blank line, at most, is between the fences of two blocks."""
+    return above is not None and block.line - above.line - above.code.count("\n") in (3, 4)
+
+
+def check_printed(shown: str, printed: str, where: str) -> None:
+    """Compare what a page shows with what was printed."""
+    same = doctest.OutputChecker().check_output(f"{shown}\n", printed, DOCTEST)
+    assert same, f"{where} shows\n{shown}\nand this is printed:\n{printed}"
 
 
 def run_doctest(test: doctest.DocTest) -> None:
     """Run the examples, which see and leave names in the test's own namespace."""
     report = io.StringIO()
     runner = doctest.DocTestRunner(optionflags=DOCTEST, verbose=False)
-    with np.printoptions(precision=8, threshold=1000, edgeitems=3, linewidth=75, suppress=False):
+    with np.printoptions(**PRINTED):
         runner.run(test, out=report.write, clear_globs=False)
     assert runner.failures == 0, report.getvalue()
 
 
-def run_console(block: Block) -> None:
-    for line in block.code.splitlines():
+def run_console(block: Block, page: Path) -> None:
+    for command in re.split(r"^(?=\S*\$ )", block.code, flags=re.MULTILINE):
+        line, _, shown = command.partition("\n")
         if line.startswith("$ tuckerl"):
-            with contextlib.redirect_stdout(io.StringIO()), pytest.raises(SystemExit) as end:
+            printed = io.StringIO()
+            with contextlib.redirect_stdout(printed), pytest.raises(SystemExit) as end:
                 main(shlex.split(line)[2:])
             assert end.value.code == 0, line
+            if shown.strip():
+                check_printed(shown.strip(), printed.getvalue().strip() + "\n", f"{page.name}, {line}")
+
+
+def run_page(text: str, page: Path) -> dict[str, Any]:
+    """Run a page's examples, compare what they print with what it shows, and return the names that they leave."""
+    namespace: dict[str, Any] = {"__name__": "__main__"}
+    above, printed = None, ""
+    for block in blocks(text):
+        if block.kind == "python":
+            printed = run_python(block, page, namespace)
+        elif block.kind == "text" and above and above.kind == "python" and is_right_below(block, above):
+            check_printed(block.code, printed, f"{page.name}:{block.line}")
+        elif block.kind == "console":
+            run_console(block, page)
+        elif block.kind == "toml" and (named := re.match(r"# (\S+\.toml)\n", block.code)):
+            Path(named[1]).write_text(block.code, "utf-8")
+        above = block
+    return namespace
 
 
 def sources(ending: str) -> list[Path]:
@@ -107,14 +146,7 @@ def named(path: Path) -> str:
 @pytest.mark.parametrize("page", pages(), ids=named)
 def test_every_example_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    namespace: dict[str, Any] = {"__name__": "__main__"}
-    for block in blocks(page.read_text("utf-8")):
-        if block.kind == "python":
-            run_python(block, page, namespace)
-        elif block.kind == "console":
-            run_console(block)
-        elif block.kind == "toml" and (named := re.match(r"# (\S+\.toml)\n", block.code)):
-            Path(named[1]).write_text(block.code, "utf-8")
+    run_page(page.read_text("utf-8"), page)
 
 
 @pytest.mark.compiled  # as above
@@ -164,6 +196,8 @@ first = 1
 first += {second}
 ```
 
+Words.
+
 ```text
 not python
 ```
@@ -176,11 +210,7 @@ not python
 
 
 def run_text(text: str) -> dict[str, Any]:
-    namespace: dict[str, Any] = {}
-    for block in blocks(text):
-        if block.kind == "python":
-            run_python(block, Path("page.md"), namespace)
-    return namespace
+    return run_page(text, Path("page.md"))
 
 
 def test_blocks_of_a_page_share_their_names_and_doctests_are_compared() -> None:
@@ -201,9 +231,22 @@ def test_a_broken_example_is_found_on_its_line() -> None:
 
 
 def test_a_command_that_fails_is_found() -> None:
-    run_console(Block("console", 1, "$ tuckerl --version\n$ make everything"))
+    run_text("```console\n$ tuckerl --version\n$ make everything\nand its output\n```")
     with pytest.raises(AssertionError, match="no-such-command"):
-        run_console(Block("console", 1, "$ tuckerl no-such-command"))
+        run_text("```console\n$ tuckerl no-such-command\n```")
+
+
+def test_what_a_page_shows_is_what_is_printed() -> None:
+    shown = "```python\nprint('one', 'two')\n```\n\n```text\n{}\n```\n"
+    run_text(shown.format("one\ntwo"))
+    run_text(shown.format("o...o"))
+    run_text(shown.replace("\n\n```text", "\n\nIn words.\n\n```text").format("something else"))
+    with pytest.raises(AssertionError, match=r"page\.md:6 shows\s+three\s+and this is printed:\s+one two"):
+        run_text(shown.format("three"))
+    command = "```console\n$ tuckerl --version\n{}\n```\n"
+    run_text(command.format(f"tuckerl {tuckerl.__version__}"))
+    with pytest.raises(AssertionError, match=r"page\.md, \$ tuckerl --version shows\s+tuckerl 9"):
+        run_text(command.format("tuckerl 9"))
 
 
 def test_every_public_name_is_in_the_reference() -> None:

@@ -22,6 +22,7 @@ def tables(study: Study, tmp_path_factory: pytest.TempPathFactory) -> StudyTable
 KEYS = {
     "id",
     "claim",
+    "scenario",
     "verdict",
     "difference",
     "low",

@@ -60,8 +60,9 @@ def regret_lines(learner: Learner) -> list[str]:
         found = regret(learner)
     except ProblemError as error:  # without a discount, there need not be one
         return [f"Regret: not known, as {error}"]
+    exact = round(found.regret, 8) + 0.0  # the values are known no better, and no minus zero
     return [
-        f"Regret of its greedy policy from the first states (gamma {learner.gamma:g}): {typed(found.regret)}, as it is "
+        f"Regret of its greedy policy from the first states (gamma {learner.gamma:g}): {typed(exact)}, as it is "
         f"worth {typed(found.reached)}, and the best {typed(found.best)}"
     ]
 

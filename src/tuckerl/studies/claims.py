@@ -58,6 +58,7 @@ class Claim(NamedTuple):
         entry = {
             "id": self.id,
             "claim": self.claim,
+            "scenario": self.scenario,
             "verdict": self.verdict,
             **json_numbers(self.difference, "difference", "low", "high"),
             **json_numbers(self.control, "control_difference", "control_low", "control_high"),
