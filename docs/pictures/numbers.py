@@ -88,8 +88,8 @@ PICKS = (
 
 def difference_of(claim: Entry, *names: str) -> Difference:
     """Return a difference and its interval by their names in ``claims.json``."""
-    values = (math.nan if claim[name] is None else claim[name] for name in names)
-    return Difference(*values, claim["runs"], 0, claim.get("relative", True))
+    mean, low, high = (math.nan if claim[name] is None else float(claim[name]) for name in names)
+    return Difference(mean, low, high, claim["runs"], 0, claim.get("relative", True))
 
 
 def with_interval(difference: Difference) -> str:
@@ -251,8 +251,12 @@ def main() -> None:
         take_over(Path(sys.argv[1]))
     for page, name in PARTS:
         path = ROOT / page
-        text = f"{text_of(page, name)}\n"
-        path.write_text(part_pattern(name).sub(lambda _, text=text: text, path.read_text("utf-8")), "utf-8")
+        path.write_text(filled(path.read_text("utf-8"), name, text_of(page, name)), "utf-8")
+
+
+def filled(page: str, name: str, text: str) -> str:
+    """Return a page with this text in one of its parts."""
+    return part_pattern(name).sub(lambda _: f"{text}\n", page)
 
 
 if __name__ == "__main__":
