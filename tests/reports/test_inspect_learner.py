@@ -14,6 +14,7 @@ from tuckerl import QLearning, TabularMDP
 from tuckerl.adapters.resolve import AdapterOptions, Agents, as_problem
 from tuckerl.errors import ParameterError, ProblemError, SavedFileError
 from tuckerl.reports.inspect import inspect_learner, inspection_figures
+from tuckerl.reports.inspect.figures import FIGURES
 from tuckerl.reports.inspect.file import learner_lines
 from tuckerl.reports.inspect.greedy import NO_PREFERENCE, greedy, shares_first_place, values
 from tuckerl.reports.learner_text import name_of
@@ -122,7 +123,8 @@ def test_a_learner_is_all_shown_after_a_file_as_before(tmp_path: Path) -> None:
     assert before.loadings is not None
     assert before.loadings.episode == 100
     shown = [
-        [(one.name, one.caption, one.alt) for one in inspection_figures(inspection)] for inspection in (before, after)
+        [(spec.caption(one), spec.alt(one), spec.live and spec.live(one)) for spec in FIGURES if spec.applies(one)]
+        for one in (before, after)
     ]
     assert shown[0] == shown[1]
     assert len(shown[0]) >= 6
@@ -198,3 +200,23 @@ def test_optimal_values_stand_beside_the_learned_ones_where_the_transitions_are_
     assert inspect_learner(QLearning(TabularMDP([[0]], [[1.0]], [[False]]), gamma=1.0, seed=0)).optimal is None
     with pytest.raises(ProblemError, match=r"optimal must fit tables"):
         inspection_figures(inspection._replace(optimal=np.zeros(3)))
+
+
+def test_the_greedy_path_says_how_it_ends() -> None:
+    grid = TabularMDP([[1], [2], [2]], [[0], [0], [0]], [[False], [True], [True]], layout=(1, 3))
+    agent = QLearning(grid, initial_q=np.array([[1.0], [1.0], [0.0]]), seed=0)
+    (path,) = inspect_learner(agent).paths
+    assert (path.states[0].tolist(), path.words) == ([0, 1, 2], "it ends after 2 steps")
+    circle = TabularMDP([[1], [0]], [[0], [0]], [[False], [False]], layout=(1, 2))
+    (path,) = inspect_learner(QLearning(circle, initial_q=np.ones((2, 1)), seed=0)).paths
+    assert (path.states[0].tolist(), path.words) == ([0, 1, 0], "it goes in a circle from step 2 on and never ends")
+    (path,) = inspect_learner(QLearning(circle, initial_q=np.array([[1.0], [0.0]]), seed=0)).paths
+    assert path.words == "it stops after 1 step, where no action is preferred"
+
+
+def test_no_greedy_path_is_drawn_where_chance_decides_but_the_latest_episode_is() -> None:
+    learner = tuckerl.QLearning("FrozenLake-v1", seed=0).learn(3)
+    (path,) = inspect_learner(learner).paths
+    assert path.name == "latest episode of learning"
+    np.testing.assert_array_equal(path.states[0], learner.trajectories[0])
+    assert list(inspect_learner(tuckerl.QLearning("Taxi-v4", seed=0).learn(3)).paths) == []

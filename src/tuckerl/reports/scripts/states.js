@@ -166,7 +166,7 @@
       [low.textContent, high.textContent] = numbers.slice(1).map(tuckerl.number);
       const every = Math.max(1, Math.ceil(7 / ((board.node.clientWidth || 600) / columns)));
       const states = view.path < 0 ? [] : table.paths[view.path].states[view.agent];
-      marks.replaceChildren(...(view.arrows ? arrows(table, view.agent, numbers, every) : []), ...(states.length ? trail(states, columns) : []));
+      marks.replaceChildren(...(states.length ? trail(states, columns) : []), ...(view.arrows ? arrows(table, view.agent, numbers, every) : []));
     };
     const mark = () => {
       for (const rect of cursor) for (const [name, place] of [["x", view.state % columns], ["y", Math.floor(view.state / columns)]]) rect.setAttribute(name, place);
@@ -256,7 +256,7 @@
     const said = element("output");
     const move = (steps) => { from += steps * PAGE; show(); };
     const [back, on] = [["Previous", -1], ["Next", 1]].map(([words, steps]) => element("button", { type: "button", onclick: () => move(steps) }, words));
-    const heads = columns.map((column, i) => element("th", { scope: "col", class: column.text ? null : "number" }, element("button", { type: "button", class: "quiet", onclick: () => { [sign, by, from] = [by === i ? -sign : column.text || i < columns.length - table.actions.length - 1 ? 1 : -1, i, 0]; show(); } }, column.head)));
+    const heads = columns.map((column, i) => element("th", { scope: "col", class: column.text ? null : "number" }, element("button", { type: "button", class: "quiet", onclick: () => { [sign, by, from] = [by === i ? -sign : column.words === String ? 1 : -1, i, 0]; show(); } }, column.head)));
     const search = element("input", { type: "search", oninput: () => { [query, from] = [search.value, 0]; show(); } });
     const sorted = (states) => {
       const key = new Map(states.map((state) => [state, columns[by].of(state)]));
