@@ -14,7 +14,6 @@ References
 from typing import NamedTuple
 
 from tuckerl.interrupts import is_impatient
-from tuckerl.tensor.fit import fit_of
 from tuckerl.tensor.modes import Floats
 from tuckerl.tensor.ranks import Ranks
 from tuckerl.tensor.start import Start
@@ -45,12 +44,10 @@ def iterate(X: Floats, ranks: Ranks, tol: float, max_iterations: int) -> Iterate
     start = Start(X, ranks)
     if max_iterations == 0:
         return Iterated(start.core, start.hosvd, start.fit, 0, start.is_sure)
-    factors, fit = start.factors.copy(), 0.0
-    for iteration in range(1, max_iterations + 1):
+    (fit, is_over), iteration = start.first_sweep(tol), 1
+    while not is_over and iteration < max_iterations:
         if is_impatient():  # Ctrl-C waits where a learner decomposes
             raise KeyboardInterrupt
-        core = start.improve(factors, first=1 if iteration == 1 else 0)  # the start has the first sweep's first factor
-        before, fit = fit, fit_of(X, start.energy, core, lambda: start.columns(factors))
-        if start.is_within(tol, fit) if iteration == 1 else abs(fit - before) < tol:
-            break
-    return Iterated(core, start.columns(factors), fit, iteration, start.is_sure)
+        before, fit = fit, start.later_sweep()
+        is_over, iteration = abs(fit - before) < tol, iteration + 1
+    return Iterated(start.improved_core, start.improved, fit, iteration, start.is_sure)

@@ -17,21 +17,25 @@ from functools import cached_property
 import numpy as np
 
 from tuckerl.errors import DecompositionError
-from tuckerl.tensor.fit import fit_of, fit_of_energies
+from tuckerl.tensor.fit import fit_of
 from tuckerl.tensor.lanczos import lanczos
 from tuckerl.tensor.lapack import new_tools
 from tuckerl.tensor.modes import Floats
 from tuckerl.tensor.ranks import Ranks, clip_ranks
 from tuckerl.tensor.singular import FAILED, NUMERICAL_ZERO, SURE, WELL_ABOVE_ZERO, room_for
-from tuckerl.tensor.sweeps import find_factors
-from tuckerl.tensor.tail import energy_beyond
-
-# Above this fit, errors of energies show in it.
-_NEARLY_ALL = 1.0 - 1e-3
-
-
-# Up to so many rows, finding what the first mode has beyond its rank takes next to no time.
-_LARGE = 200
+from tuckerl.tensor.work import (
+    BEST_FIRST,
+    COMPARE,
+    ENDED,
+    FIRST_SWEEP,
+    FIT,
+    OWN_FIRST,
+    START,
+    SWEEP,
+    TOL,
+    UNDECIDED,
+    work,
+)
 
 
 class Start:
@@ -50,25 +54,28 @@ class Start:
         ``norm(X)**2``.
     ranks : tuple of N int
         Those that are used.
-    factors : (F,) float64
-        One after the other, as :mod:`tuckerl.tensor.sweeps` has them.
     is_sure : bool
         Whether each singular value that is kept is so large that squares resolve it.
     """
 
     def __init__(self, X: Floats, ranks: Ranks) -> None:
         self._X, self.energy = X, float(np.vdot(X, X))
-        n, side, flat = X.ndim, max(X.shape), X.reshape(-1)
+        n, shape, flat = X.ndim, X.shape, X.reshape(-1)
+        side = max(shape)
         # Kernels know one kind of array: one that may be written to.
-        self._tensor = new_tools(side), flat if flat.flags.writeable else flat.copy(), np.array(X.shape)
-        lengths = [size * rank for size, rank in zip(X.shape, ranks, strict=True)]
-        self._begins = [sum(lengths[:mode]) for mode in range(n + 1)]
-        self.factors, self._squares = np.empty(self._begins[n] + lengths[0]), np.empty((n + 1, max(ranks)))
-        self._rooms = self._squares, np.empty((4, X.size)), np.empty(room_for(side))
-        self._projected = np.empty(X.shape[0] * math.prod(ranks[1:]))
+        self._tensor = new_tools(side), flat if flat.flags.writeable else flat.copy(), np.array(shape)
+        begins = [0]
+        for size, rank in zip(shape, ranks, strict=True):
+            begins.append(begins[-1] + size * rank)
+        self._begins, n_numbers = begins, begins[n] + begins[1]
+        # Factors stand one after the other, as `find_factors` has them.
+        self._factors, self._improved = np.empty(n_numbers), np.empty(n_numbers)
+        self._numbers, self._squares = np.array([self.energy, 0.0, 0.0]), np.empty((n + 1, max(ranks)))
+        self._rooms = self._squares, np.empty((4, flat.size)), np.empty(room_for(side))
+        self._projected, self._core = np.empty(shape[0] * math.prod(ranks[1:])), np.empty(math.prod(ranks))
         self._asked = ranks
         self._use(ranks)
-        self.is_sure = self._begin(1, n + 1)
+        self.is_sure = self._find(START) == SURE
         if not self.is_sure:
             self._lower([ranks[0], *(self._rank(mode, ranks[mode]) for mode in range(1, n))])
         # A projection has at most the singular values of the whole: where they are large, so are the first mode's own.
@@ -78,24 +85,24 @@ class Start:
 
     def _use(self, ranks: Ranks) -> None:
         """Let the factors have these ranks: of more vectors that were found, the last ones are the strongest."""
-        n, self.ranks = len(ranks), ranks
-        fewer = [(self._asked[mode] - ranks[mode]) * self._X.shape[mode] for mode in range(1, n)]
-        places = [0, *map(sum, zip(self._begins[1:n], fewer, strict=True)), self._begins[n]]
+        asked, shape, begins = self._asked, self._X.shape, self._begins
+        others = range(1, len(ranks))
+        places = [0, *(begins[mode] + (asked[mode] - ranks[mode]) * shape[mode] for mode in others), begins[-1]]
+        self.ranks, self._places = ranks, places
         self._layout = np.array(ranks), np.array(places)
 
     def _lower(self, limits: list[int]) -> None:
         ranks = clip_ranks(self.ranks, limits)
         if ranks != self.ranks:
             self._use(ranks)
-            self._begin(len(ranks), len(ranks) + 1)
+            self._find(BEST_FIRST)
 
-    def _begin(self, first: int, beyond: int) -> bool:
-        """Find own factors and return whether all their values were resolved in one pass."""
-        return self._find(first, beyond, False, self.factors, self._projected) == SURE
-
-    def _find(self, first: int, beyond: int, is_sweep: bool, factors: Floats, out: Floats) -> int:
-        numbers = (*self._tensor, *self._layout, first, beyond, is_sweep)
-        status = find_factors(*numbers, factors, *self._rooms, out)
+    def _find(self, what: int) -> int:
+        """Let kernels work, and return what they say."""
+        factors = self._factors, self._improved
+        status = work(
+            what, *self._tensor, *self._layout, self._numbers, *factors, *self._rooms, self._projected, self._core
+        )
         if status == FAILED:
             raise DecompositionError(
                 f"LAPACK gave no eigenvectors of a Gram matrix of a finite tensor of shape {self._X.shape}, in two "
@@ -108,22 +115,42 @@ class Start:
         squares = self._squares[mode, :count]
         return int(np.count_nonzero(squares > NUMERICAL_ZERO**2 * squares[-1]))
 
-    def improve(self, factors: Floats, first: int) -> Floats:
-        """Improve factors from mode `first` on, each given the others, in place; return the core that they have then.
+    def first_sweep(self, tol: float) -> tuple[float, bool]:
+        """Improve the start's factors, each given the others; return the fit, and whether that gains less than `tol`.
 
-        Parameters
-        ----------
-        factors : (F,) float64
-            As `factors`.
-        first : int
+        The start has the first sweep's first factor already.
         """
-        core = np.empty(math.prod(self.ranks))
-        self._find(first, len(self.ranks), True, factors, core)
-        return core.reshape(self.ranks[::-1]).T
+        self._numbers[TOL] = tol
+        status = self._find(FIRST_SWEEP)
+        fit = self._improved_fit()
+        return fit, status == ENDED if status != UNDECIDED else abs(fit - self.fit) < tol
 
-    def columns(self, factors: Floats) -> list[Floats]:
-        """Return the factors that stand in a flat array, (I_n, r_n) each, the weakest column first."""
-        shapes = zip(self._layout[1].tolist(), self.ranks, self._X.shape, strict=False)
+    def later_sweep(self) -> float:
+        """Improve all factors once more and return the fit."""
+        self._find(SWEEP)
+        return self._improved_fit()
+
+    def is_within(self, tol: float, fit: float) -> bool:
+        """Return whether the start's fit differs by less than `tol` from `fit`, the first sweep's."""
+        self._numbers[TOL], self._numbers[FIT] = tol, fit
+        status = self._find(COMPARE)
+        return status == ENDED if status != UNDECIDED else abs(fit - self.fit) < tol
+
+    def _improved_fit(self) -> float:
+        return fit_of(self._X, self.energy, self.improved_core, lambda: self.improved)
+
+    @property
+    def improved_core(self) -> Floats:
+        """The core that sweeps have found, (r_0, ..., r_{N-1})."""
+        return self._core[: math.prod(self.ranks)].reshape(self.ranks[::-1]).T
+
+    @property
+    def improved(self) -> list[Floats]:
+        """The factors that sweeps have found, (I_n, r_n) each, the weakest column first."""
+        return self._columns(self._improved)
+
+    def _columns(self, factors: Floats) -> list[Floats]:
+        shapes = zip(self._places, self.ranks, self._X.shape, strict=False)
         return [factors[place : place + rank * size].reshape(rank, size).T for place, rank, size in shapes]
 
     @cached_property
@@ -135,13 +162,13 @@ class Start:
             self._squares[0, :count], vectors = few
             if self._squares[0, 0] > WELL_ABOVE_ZERO**2 * self._squares[0, count - 1]:
                 return vectors
-        self._begin(0, 1)
-        return self.factors[self._begins[-1] :][: count * size].reshape(count, size)
+        self._find(OWN_FIRST)
+        return self._factors[self._begins[-1] :][: count * size].reshape(count, size)
 
     @property
     def hosvd(self) -> list[Floats]:
         """The factors of the truncated higher-order SVD, (I_n, r_n) each."""
-        return [self._own[-self.ranks[0] :].T, *self.columns(self.factors)[1:]]
+        return [self._own[-self.ranks[0] :].T, *self._columns(self._factors)[1:]]
 
     @property
     def core(self) -> Floats:
@@ -154,24 +181,3 @@ class Start:
     def fit(self) -> float:
         """The fit of the truncated higher-order SVD."""
         return fit_of(self._X, self.energy, self.core, lambda: self.hosvd)
-
-    @property
-    def _lowest_fit(self) -> float:
-        """What the fit is at least: of the projection, its first factor loses no more than of all."""
-        n = self._X.shape[0]
-        if n > _LARGE:
-            return -math.inf
-        tools, flat, _ = self._tensor
-        lost = energy_beyond(tools, flat, n, self.ranks[0], self._rooms[-1])
-        projected = self._projected[: math.prod(self.ranks[1:]) * n]
-        return fit_of_energies(float(np.vdot(projected, projected)) - lost, self.energy)
-
-    def is_within(self, tol: float, fit: float) -> bool:
-        """Return whether the start's fit differs by less than `tol` from `fit`, the first sweep's."""
-        if fit < _NEARLY_ALL:
-            highest = fit_of_energies(float(self._squares[-1, : self.ranks[0]].sum()), self.energy)  # of any factor
-            if fit - highest >= tol:
-                return False
-            if fit - self._lowest_fit < tol * (1.0 - 1e-6) and highest < fit + tol * (1.0 - 1e-6):
-                return True
-        return abs(fit - self.fit) < tol
