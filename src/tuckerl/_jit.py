@@ -98,8 +98,10 @@ def _compiled_for_python(function: Callable[..., Any], options: dict[str, Any]) 
 
 def silent(function: _Function) -> _Function:
     """Let numbers leave their range unnoticed in a kernel that is interpreted, too: NumPy would warn of it."""
+    if not _INTERPRETED:
+        return function
     unnoticed: Any = np.errstate(all="ignore")
-    wrapped: _Function = unnoticed(function) if _INTERPRETED else function
+    wrapped: _Function = unnoticed(function)
     return wrapped
 
 

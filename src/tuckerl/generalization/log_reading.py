@@ -38,6 +38,42 @@ def mark_changed(place: IntArray, position: IntArray, log: ChangeLog, first: int
 
 
 @kernel
+def part_rows(place: IntArray, changed: IntArray, still: FloatArray, base: FloatArray) -> tuple[int, bool]:
+    """Give numbers to the touched states that changed, and copy the rows of the others.
+
+    Parameters
+    ----------
+    place : (V,) int64
+        0 of those that changed, which becomes their number among them, else -1.
+    changed : (V,) int64
+        Room, in which they are listed.
+    still : (V, A * N) float64
+        Room for the others' rows.
+    base : (V, A, N) float64
+
+    Returns
+    -------
+    n_changed : int
+    are_equal : bool
+        Whether the others' rows are the same for all agents.
+    """
+    n_changed, are_equal = 0, True
+    for row in range(place.size):
+        if place[row] >= 0:
+            place[row], changed[n_changed] = n_changed, row
+            n_changed += 1
+        else:
+            column = 0
+            for action in range(base.shape[1]):
+                for agent in range(base.shape[2]):
+                    value = base[row, action, agent]
+                    still[row - n_changed, column] = value
+                    are_equal = are_equal and value == base[row, action, 0]
+                    column += 1
+    return n_changed, are_equal
+
+
+@kernel
 def find_latest(
     latest: IntArray, position: IntArray, place: IntArray, log: ChangeLog, places: IntArray, first: int
 ) -> None:
@@ -71,7 +107,16 @@ def find_latest(
 
 @kernel
 def write_changed(
-    tensor: FloatArray, agent: int, base: FloatArray, changed: IntArray, latest: IntArray, log: ChangeLog
+    tensor: FloatArray,
+    agent: int,
+    base: FloatArray,
+    changed: IntArray,
+    latest: IntArray,
+    position: IntArray,
+    place: IntArray,
+    log: ChangeLog,
+    places: IntArray,
+    first: int,
 ) -> None:
     """Write the rows that changed into an agent's part of the tensor.
 
@@ -85,10 +130,11 @@ def write_changed(
     changed : (C,) int64
         Which of them the C rows are.
     latest : (C, E) int64
-        As of `find_latest`.
-    log : ChangeLog
-        The agent's.
+        Room.
+    position, place, log, places, first
+        As for `find_latest`; the log is the agent's.
     """
+    find_latest(latest, position, place, log, places, first)
     for row in range(latest.shape[0]):
         for action in range(tensor.shape[1]):
             before = base[changed[row], action, agent]

@@ -5,7 +5,10 @@ share more often than that, what they go on with takes a place of its own behind
 after each episode can be rebuilt.
 """
 
+import numpy as np
+
 from tuckerl.generalization.tensor_step import TensorStep
+from tuckerl.types import IntArray
 
 
 class LogWindow:
@@ -15,6 +18,7 @@ class LogWindow:
         self.length = step.logged_episodes(n_agents)  # in episodes; 0 where nothing is logged
         shares_within = n_agents > 1 and step.share_interval < self.length
         self._share_every = step.share_interval if shares_within else max(1, self.length)
+        self._of_windows: dict[tuple[int, int], IntArray] = {}
 
     @property
     def n_places(self) -> int:
@@ -33,6 +37,14 @@ class LogWindow:
         """Return the place of an episode, counted from 1."""
         before = (episode - 1) % self.length
         return before + before // self._share_every
+
+    def of_window(self, episode: int, every: int) -> IntArray:
+        """Return the places of the latest `every` episodes up to this one, (every,), which are not to be changed."""
+        key = episode % self.length, every
+        if key not in self._of_windows:
+            window = range(episode - every + 1, episode + 1)
+            self._of_windows[key] = np.array([self.place(one) for one in window], dtype=np.int64)
+        return self._of_windows[key]
 
     def n_filled(self, finished: int, stepped: int) -> int:
         """Return how many places an agent has filled that has `finished` episodes, `stepped` of them with their steps.

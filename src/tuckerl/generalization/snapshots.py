@@ -18,8 +18,8 @@ from tuckerl.generalization.log_reading import (
     add_touched,
     copy_rows,
     count_changes,
-    find_latest,
     mark_changed,
+    part_rows,
     replay,
     write_changed,
 )
@@ -62,23 +62,26 @@ class Snapshots:
         """
         self._add_states(logs)
         base, first = self._rows_before(logs, int(places[0])), int(places[0])
-        place = np.full(self.states.size, -1, dtype=np.int64)
-        for log in logs:
-            mark_changed(place, self._position, log, _n_entries(log, first))
-        changed = np.flatnonzero(place >= 0)
-        place[changed] = np.arange(changed.size)
+        begins = [_n_entries(log, first) for log in logs]
+        n_touched, n_actions, n_agents = base.shape
+        place, rows = np.full(n_touched, -1, dtype=np.int64), np.empty(n_touched, dtype=np.int64)
+        for log, begin in zip(logs, begins, strict=True):
+            mark_changed(place, self._position, log, begin)
+        room = np.empty((n_touched, n_actions * n_agents))
+        n, are_equal = part_rows(place, rows, room, base)
+        changed = rows[:n]
         self.changed = self.states[changed]
-        still, untouched = self._still_rows(base[place < 0], unit), self._untouched_rows(unit)
-        n, n_known = changed.size, changed.size + len(still)
-        tensor = np.empty((n_known + len(untouched), base.shape[1], places.size, self._n_agents))
+        still = self._still_rows(room[: n_touched - n], unit, are_equal=are_equal)
+        untouched = self._untouched_rows(unit)
+        n_known = n + len(still)
+        tensor = np.empty((n_known + len(untouched), n_actions, places.size, n_agents))
         tensor[n:n_known] = still[:, :, None]
         tensor[n_known:] = untouched[:, :, None, None]
-        latest = np.empty((changed.size, places.size), dtype=np.int64)
-        for agent, log in enumerate(logs):
-            find_latest(latest, self._position, place, log, places, _n_entries(log, first))
-            write_changed(tensor, agent, base, changed, latest, log)
+        latest = np.empty((n, places.size), dtype=np.int64)
+        for agent, (log, begin) in enumerate(zip(logs, begins, strict=True)):
+            write_changed(tensor, agent, base, changed, latest, self._position, place, log, places, begin)
         if unit != 1.0:
-            tensor[: changed.size] *= unit
+            tensor[:n] *= unit
         return tensor
 
     def changes(self, logs: tuple[ChangeLog, ...], first: int) -> tuple[IntArray, IntArray]:
@@ -188,11 +191,14 @@ class Snapshots:
         differing: IntArray = self.states[rows & (self._place[self.states] < 0)]
         return differing
 
-    def _still_rows(self, rows: FloatArray, unit: float) -> FloatArray:
+    def _still_rows(self, rows: FloatArray, unit: float, *, are_equal: bool) -> FloatArray:
         """Return what stands for the touched rows that did not change: (at most A x N, A, N), or 1 for N equal ones."""
-        if self._n_agents > 1 and (rows == rows[:, :, :1]).all():  # as after a window that has shared all tables
-            return _equivalent_rows(rows[:, :, 0] * unit)[:, :, None]
-        return _equivalent_rows(rows * unit)
+        if unit != 1.0:
+            rows = rows * unit
+        tables = rows.reshape(len(rows), -1, self._n_agents)
+        if self._n_agents > 1 and are_equal:  # as after a window that has shared all tables
+            return _equivalent_rows(tables[:, :, 0])[:, :, None]
+        return _equivalent_rows(tables)
 
     def _untouched_rows(self, unit: float) -> FloatArray:
         """Return what stands for the rows that nobody ever touched: (at most A, A)."""

@@ -46,6 +46,7 @@ _NOT_DECOMPOSED = (
     "ends; tensor_step_history.failed tells which windows these are"
 )
 _HUGE, _UNIT = 2.0**900, 2.0**-600  # sums of many numbers as large as the first leave the range of floats
+_USUAL_ENERGY = 1e-200, 1e200  # of tables that are neither zero nor huge, whose sum of squares says so at once
 
 
 class Shrinkage(NamedTuple):
@@ -84,6 +85,7 @@ class TensorStepState:
         self.snapshots, self.places = Snapshots(initial_q, n_agents), LogWindow(step, n_agents)
         self._ranks = numbers_or_share(step.ranks or (1, 1, 1, 1))  # without ranks nothing reads them
         self._n_actions, self._n_agents = initial_q.shape[1], n_agents
+        self._decomposes, self._shares = step.needs_decomposition, step.share != "none"
         self._sequence = sequence
         self._warned: set[type[Warning]] = set()
         self._history: list[tuple[int, FloatArray, int, float, tuple[int, ...]]] = []
@@ -107,7 +109,7 @@ class TensorStepState:
             The tables at its end.
         """
         begun = time.thread_time()
-        with ONE_THREAD if self.step.needs_decomposition else nullcontext():
+        with ONE_THREAD if self._decomposes else nullcontext():
             result = self._result(weights, logs, returns, q)
         self.seconds += time.thread_time() - begun
         return result
@@ -121,7 +123,7 @@ class TensorStepState:
         rng: Any = None  # for rules that draw nothing
         if self._weighting.draws or self._sharing.draws:
             rng = np.random.default_rng(child(self._sequence, _STREAM, episode // step.interval))
-        if weighs and step.needs_decomposition:
+        if weighs and self._decomposes:
             tensor, largest, unit = self._tables(logs, episode)
             if not math.isfinite(largest):
                 return TensorStepResult(weights, None, finite=False)
@@ -133,7 +135,9 @@ class TensorStepState:
                 return TensorStepResult(weights, None, finite=True)
             fit = decomposition.fit
         weights = self._weights(decomposition, rng) if weighs else weights
-        mixture, states = self._mixture(decomposition, rng, logs, returns, q) if shares else (None, None)
+        mixture, states = None, None
+        if shares and self._shares:
+            mixture, states = self._mixture(decomposition, rng, logs, returns, q)
         self._remember(episode, weights, mixture, fit=fit, ranks=ranks)
         shrinkage = None
         if shares and step.shrink > 0.0 and decomposition is not None:
@@ -193,11 +197,15 @@ class TensorStepState:
         return mixture, states
 
     def _tables(self, logs: tuple[ChangeLog, ...], episode: int) -> tuple[FloatArray, float, float]:
-        """Return the window's tables, their largest magnitude, and in what unit they are: a power of two where huge."""
-        window = range(episode - self.step.every + 1, episode + 1)
-        places = np.array([self.places.place(one) for one in window], dtype=np.int64)
+        """Return the window's tables, a number that is 0 or infinite where their largest is, and their unit.
+
+        The unit is a power of two where they are huge.
+        """
+        places = self.places.of_window(episode, self.step.every)
         with np.errstate(over="ignore", invalid="ignore"):
             tensor = self.snapshots.tensor(logs, places)
+            if _USUAL_ENERGY[0] < np.vdot(tensor, tensor) < _USUAL_ENERGY[1]:
+                return tensor, 1.0, 1.0
             largest = max(tensor.max(initial=0.0), -tensor.min(initial=0.0))
             if largest < _HUGE:
                 return tensor, float(largest), 1.0

@@ -112,7 +112,7 @@ def _relative(decomposition: TuckerDecomposition | None, n_actions: int, rng: np
 
 def _constant(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:
     """Control for a smaller learning rate: the paper's root mean square for every action."""
-    return np.full(n_actions, 1.0 / np.sqrt(n_actions))
+    return np.full(n_actions, 1.0 / math.sqrt(n_actions))
 
 
 def _permuted(decomposition: TuckerDecomposition | None, n_actions: int, rng: np.random.Generator) -> FloatArray:

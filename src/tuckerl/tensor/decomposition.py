@@ -98,10 +98,12 @@ class TuckerDecomposition:
 class _Factors(Sequence[Floats]):
     """Factors with their signs settled, each made when it is first read."""
 
-    def __init__(self, makers: Sequence[Callable[[], Floats]]) -> None:
-        self._makers, self._n = dict(enumerate(makers)), len(makers)
-        self._made: dict[int, Floats] = {}
-        self.signs: dict[int, Floats] = {}
+    def __init__(self, makers: Sequence[Callable[[], Floats] | None]) -> None:
+        self._makers = {mode: maker for mode, maker in enumerate(makers) if maker is not None}
+        self._n = len(makers)
+        alone = [mode for mode in range(self._n) if mode not in self._makers]  # of size 1: nothing to make
+        self._made: dict[int, Floats] = {mode: np.ones((1, 1)) for mode in alone}
+        self.signs: dict[int, Floats] = {mode: np.ones(1) for mode in alone}
 
     def __len__(self) -> int:
         return self._n
@@ -266,7 +268,7 @@ def _decompose(
     kept = np.ascontiguousarray(X).reshape([X.shape[mode] for mode in modes])
     asked = tuple(ranks[mode] for mode in modes)
     longest = max(range(kept.ndim), key=kept.shape.__getitem__)
-    makers: list[Callable[[], Floats]] = [partial(np.ones, (1, 1))] * X.ndim
+    makers: list[Callable[[], Floats] | None] = [None] * X.ndim
     if kept.shape[longest] ** 2 > kept.size:
         result, long_factor = _decompose_long(kept, longest, asked, tol, max_iterations)
     else:

@@ -140,9 +140,10 @@ class EpisodeHistory:
         self._count_episodes()
 
     def _count_episodes(self) -> None:
-        self._episodes, self._most_episodes = int(self.finished.min()), int(self.finished.max())
+        finished = self.finished.tolist()
+        self._episodes, self._most_episodes = min(finished), max(finished)
 
     def _count(self, episodes: slice) -> int:
         """Return the steps of the first agent, or of the world that all share, in some episodes."""
         steps = self._steps[self._clocks, episodes]
-        return int((steps if len(steps) == 1 else steps.max(axis=0)).sum())
+        return int(np.add.reduce(steps[0] if len(steps) == 1 else steps.max(axis=0)))
