@@ -16,6 +16,8 @@ BENCHMARKS = (
     "kernels",
     "planning",
     "traces",
+    "team",
+    "outcomes",
     "toy_text",
     "decomposition",
     "windows",

@@ -195,7 +195,7 @@ class Snapshots:
         """Return what stands for the touched rows that did not change: (at most A x N, A, N), or 1 for N equal ones."""
         if unit != 1.0:
             rows = rows * unit
-        tables = rows.reshape(len(rows), -1, self._n_agents)
+        tables = rows.reshape(len(rows), rows.shape[1] // self._n_agents, self._n_agents)
         if self._n_agents > 1 and are_equal:  # as after a window that has shared all tables
             return _equivalent_rows(tables[:, :, 0])[:, :, None]
         return _equivalent_rows(tables)

@@ -6,6 +6,8 @@ from tuckerl.problems.mdp import MDPArrays
 from tuckerl.rng import uniform
 from tuckerl.types import FloatArray, Stream
 
+_FEW = 8  # so many are looked at one after the other: halving them takes longer
+
 
 @kernel
 def _reset(world: MDPArrays, rng: Stream) -> int:
@@ -19,7 +21,7 @@ def _reset(world: MDPArrays, rng: Stream) -> int:
     """
     if world.start_state.size == 1:
         return world.start_state[0]
-    return world.start_state[_draw(world.start_cumulative, 0, world.start_state.size, rng)]
+    return world.start_state[draw_outcome(world.start_cumulative, 0, world.start_state.size, rng)]
 
 
 @kernel
@@ -36,13 +38,13 @@ def _step(world: MDPArrays, state: int, action: int, rng: Stream) -> tuple[int, 
     number = state * world.n_actions + action
     if world.offsets.size > 0:
         low, high = world.offsets[number], world.offsets[number + 1]
-        number = low if high == low + 1 else _draw(world.cumulative, low, high, rng)
+        number = low if high == low + 1 else draw_outcome(world.cumulative, low, high, rng)
     outcome = world.outcomes[number]  # by name in brackets, so that it works uncompiled, too
     return outcome["next_state"], outcome["reward"], outcome["terminated"]
 
 
 @kernel
-def _draw(cumulative: FloatArray, low: int, high: int, rng: Stream) -> int:
+def draw_outcome(cumulative: FloatArray, low: int, high: int, rng: Stream) -> int:
     """Draw one of the outcomes from `low` to `high` - 1.
 
     Parameters
@@ -54,6 +56,12 @@ def _draw(cumulative: FloatArray, low: int, high: int, rng: Stream) -> int:
         The agent's stream; advanced by one draw.
     """
     u = uniform(rng)
+    while high - low > _FEW:  # the first whose sum lies above u is among them
+        middle = (low + high) // 2
+        if u < cumulative[middle - 1]:
+            high = middle
+        else:
+            low = middle
     while low < high - 1 and u >= cumulative[low]:
         low += 1
     return low
