@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from benchmarks.versions import bits, first_use, speed
+from benchmarks.versions import bits, first_use, load, speed
 
 
 def main() -> int:
@@ -16,13 +16,15 @@ def main() -> int:
     fast.add_argument("--rounds", type=int, default=15)
     first = commands.add_parser("compile", help="time the first use of learners")
     first.add_argument("--rounds", type=int, default=3)
-    for command in (same, fast, first):
+    cost = commands.add_parser("load", help="time the T-versions over both versions' bases, for claim C8")
+    cost.add_argument("--rounds", type=int, default=9)
+    for command in (same, fast, first, cost):
         command.add_argument("old", metavar="OLD", help="a commit")
         command.add_argument("--only", metavar="WORDS", default="", help="leave out all whose names lack them")
     chosen = parser.parse_args()
     if chosen.command == "bits":
         return 0 if bits.compare(chosen.old, chosen.only, studies=chosen.studies) else 1
-    timed = speed if chosen.command == "speed" else first_use
+    timed = {"speed": speed, "compile": first_use, "load": load}[chosen.command]
     timed.compare(chosen.old, chosen.rounds, chosen.only)
     return 0
 

@@ -1,7 +1,7 @@
 """How long the first use of a learner takes: with nothing compiled yet, and with what the first process has kept.
 
-Each time is that of a fresh process, from the learner's class to its first episode; importing `tuckerl` and making the
-problem come before. ``python -m benchmarks.versions.first_use KIND`` is such a process.
+Each time is processor time of a fresh process, from the learner's class to its first episode; importing `tuckerl` and
+making the problem come before. ``python -m benchmarks.versions.first_use KIND`` is such a process.
 """
 
 import subprocess
@@ -11,28 +11,41 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import tuckerl
+from benchmarks.versions.names import made
 from benchmarks.versions.trees import Tree, both, check_source, command, environment
 
-KINDS: dict[str, Callable[[], Any]] = {
-    "QLearning": tuckerl.sutton_maze,
-    "SarsaLambda": tuckerl.sutton_maze,
-    "DynaH": tuckerl.sutton_maze,
-    "TeamQ": tuckerl.robot_rescue,
+
+class Use(NamedTuple):
+    """A learner on a problem, and whether it is the first `evaluate` that is timed, after learning."""
+
+    learner: str
+    problem: Callable[[], Any]
+    parameters: dict[str, Any]
+    evaluates: bool = False
+
+
+KINDS = {
+    "QLearning": Use("QLearning", tuckerl.sutton_maze, {}),
+    "SarsaLambda": Use("SarsaLambda", tuckerl.sutton_maze, {}),
+    "SarsaLambda, MountainCar": Use("SarsaLambda", lambda: "MountainCar-v0", {"bins": 20}),
+    "DynaH": Use("DynaH", tuckerl.sutton_maze, {}),
+    "TeamQ": Use("TeamQ", tuckerl.robot_rescue, {}),
+    "evaluate, Taxi": Use("QLearning", lambda: "Taxi-v4", {}, evaluates=True),
 }
 
 
 def compare(old_commit: str, rounds: int, words: str = "") -> None:
     """Print the least seconds of both versions for each learner whose name holds `words`."""
     trees = both(old_commit)
-    print(f"{'seconds, least':<14} {'old':>8} {'new':>8} {'new/old':>9}     {'kept: old':>9} {'new':>8} {'new/old':>9}")
+    print(f"{'seconds, least':<26} {'old':>8} {'new':>8} {'new/old':>9}     {'kept: old':>9} {'new':>8} {'new/old':>9}")
     for kind in KINDS:
         if words.lower() in kind.lower():
             rows = [[_times(tree, kind) for tree in trees] for _ in range(rounds)]
             compiled, kept = ([min(row[tree][which] for row in rows) for tree in (0, 1)] for which in (0, 1))
-            print(f"{kind:<14} {_columns(*compiled)}     {_columns(*kept)}", flush=True)
+            print(f"{kind:<26} {_columns(*compiled)}     {_columns(*kept)}", flush=True)
 
 
 def _columns(old: float, new: float) -> str:
@@ -52,13 +65,17 @@ def _times(tree: Tree, kind: str) -> tuple[float, float]:
 
 
 def main(kind: str) -> None:
-    """Use a learner and print the seconds that it took."""
+    """Use a learner and print the processor seconds that it took."""
     check_source()
     warnings.simplefilter("ignore")
-    problem = KINDS[kind]()
-    before = time.perf_counter()
-    getattr(tuckerl, kind)(problem, seed=0).learn(1)
-    print(time.perf_counter() - before)
+    use = KINDS[kind]
+    problem = use.problem()
+    before = time.process_time()
+    learner = made(use.learner, problem, seed=0, **use.parameters).learn(1)
+    if use.evaluates:
+        before = time.process_time()
+        learner.evaluate(1)
+    print(time.process_time() - before)
 
 
 if __name__ == "__main__":

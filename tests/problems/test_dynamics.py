@@ -7,7 +7,8 @@ from scipy.stats import chisquare
 from tuckerl.problems.dynamics import reset, step
 from tuckerl.problems.maze import sutton_maze
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.rng import seed_sequence, stream
+from tuckerl.problems.mdp_kernels import draw_outcome
+from tuckerl.rng import seed_sequence, stream, uniform
 from tuckerl.types import Stream
 
 DRAWS = 6000
@@ -51,6 +52,15 @@ def test_outcomes_come_at_their_frequencies(rng: Stream) -> None:
     assert counts[3] == 0
     assert chisquare(counts[:3], DRAWS * np.array([0.1, 0.2, 0.7])).pvalue > 0.01
     assert all(reward == state * 10 and terminated == (state == 2) for state, reward, terminated in seen)
+
+
+@pytest.mark.parametrize("count", [1, 2, 32, 33, 1000])
+def test_of_many_outcomes_the_same_is_drawn_as_of_few(count: int, rng: Stream) -> None:
+    p = np.random.default_rng(count).dirichlet(np.full(count, 0.1))  # some are so small that they add nothing
+    cumulative = np.concatenate([[0.9, 1.0], np.cumsum(p), [1.0]])  # between those of other pairs
+    for _ in range(300):
+        expected = min(int(np.searchsorted(np.cumsum(p), uniform(rng.copy()), side="right")), count - 1)
+        assert draw_outcome(cumulative, 2, 2 + count, rng) == 2 + expected
 
 
 def test_a_certain_outcome_among_random_ones_needs_no_draw(rng: Stream) -> None:

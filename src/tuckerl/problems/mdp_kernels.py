@@ -6,7 +6,7 @@ from tuckerl.problems.mdp import MDPArrays
 from tuckerl.rng import uniform
 from tuckerl.types import FloatArray, Stream
 
-_FEW = 8  # so many are looked at one after the other: halving them takes longer
+_FEW = 32  # so many are looked at one after the other: halving them takes longer
 
 
 @kernel
@@ -56,14 +56,16 @@ def draw_outcome(cumulative: FloatArray, low: int, high: int, rng: Stream) -> in
         The agent's stream; advanced by one draw.
     """
     u = uniform(rng)
-    while high - low > _FEW:  # the first whose sum lies above u is among them
+    if high - low <= _FEW:
+        while low < high - 1 and u >= cumulative[low]:
+            low += 1
+        return low
+    while high - low > 1:  # the first whose sum lies above u is among them
         middle = (low + high) // 2
         if u < cumulative[middle - 1]:
             high = middle
         else:
             low = middle
-    while low < high - 1 and u >= cumulative[low]:
-        low += 1
     return low
 
 
