@@ -12,12 +12,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks import kernels, steps, traces
+from benchmarks import kernels, n_step, planning, steps, team, traces
 from benchmarks.timing import Row
 
 KEPT = Path(__file__).with_suffix(".json")
 LOSS, ROUNDS, TRIES = 0.15, 5, 3
-_BENCHMARKS = (kernels, steps, traces)
+_BENCHMARKS = (kernels, steps, traces, n_step, planning, team)
 
 
 def main(*, write: bool) -> None:

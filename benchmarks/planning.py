@@ -27,7 +27,12 @@ def rows() -> list[Row]:
     return [_dyna_q_row(problem), _sweeping_row(problem), *(_queue_row(n) for n in LENGTHS)]
 
 
-def _dyna_q_row(problem: TabularMDP) -> Row:
+def against_c() -> list[Row]:
+    """Time an update of Dyna-Q alone, a few times."""
+    return [_dyna_q_row(random_maze(seed=0).to_mdp(), repeats=3)]
+
+
+def _dyna_q_row(problem: TabularMDP, repeats: int = 9) -> Row:
     what = f"Dyna-Q, {PLANNING_STEPS} planning steps"
     played = DynaQ(problem, planning_steps=PLANNING_STEPS, seed=0).learn(EPISODES)
     updates = (1 + PLANNING_STEPS) * float(played.steps.sum())
@@ -41,7 +46,7 @@ def _dyna_q_row(problem: TabularMDP) -> Row:
     q, steps = in_c()
     if not (np.array_equal(q, played.q[0]) and np.array_equal(steps, played.steps[:, 0])):
         raise RuntimeError("the loop in C does something else than the kernel: its time says nothing")
-    return compare(what, "update", ours, "the same loop in C", in_c, units=updates, repeats=9)
+    return compare(what, "update", ours, "the same loop in C", in_c, units=updates, repeats=repeats)
 
 
 def _dyna_q_in_c(problem: TabularMDP) -> Callable[[], Played] | None:

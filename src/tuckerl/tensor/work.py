@@ -3,7 +3,8 @@
 import math
 
 from tuckerl._jit import routine
-from tuckerl.tensor.singular import FAILED, copy
+from tuckerl.tensor.lapack import multiply
+from tuckerl.tensor.singular import FAILED, SURE, copy
 from tuckerl.tensor.sweeps import find_factors
 from tuckerl.tensor.tail import energy_beyond
 from tuckerl.types import FloatArray, IntArray
@@ -86,7 +87,14 @@ def work(
     for mode in range(n):
         length *= ranks[mode]
     numbers[FIT] = _fit(_energy(core[:length]), numbers[ENERGY])
-    return _compare(tools, X, sizes, ranks, numbers, squares, room, projected)
+    status = _compare(tools, X, sizes, ranks, numbers, squares, room, projected)
+    if status != UNDECIDED or numbers[FIT] >= _NEARLY_ALL or sizes[0] > _LARGE:
+        return status
+    if find_factors(tools, X, sizes, ranks, places, 0, 1, False, own, squares, buffers, room, projected) != SURE:
+        return UNDECIDED
+    multiply(tools, projected, False, own[places[n] :], True, buffers[2], length // ranks[0], ranks[0], sizes[0])
+    fit = _fit(_energy(buffers[2, :length]), numbers[ENERGY])
+    return ENDED if abs(numbers[FIT] - fit) < numbers[TOL] else GOES_ON
 
 
 @routine
