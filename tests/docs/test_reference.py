@@ -1,4 +1,4 @@
-"""docs/api.md names what there is, and all that authors of learners and policies need."""
+"""docs/reference names what there is, and all that authors of learners and policies need."""
 
 import importlib
 import re
@@ -11,7 +11,7 @@ from tuckerl.training.learner import Learner
 from tuckerl.training.policies.policy import Policy
 
 DOCS = Path(__file__).parents[2] / "docs"
-REFERENCE = (DOCS / "api.md").read_text("utf-8")
+REFERENCE = "\n".join(page.read_text("utf-8") for page in sorted((DOCS / "reference").glob("*.md")))
 ENTRY = re.compile(r"^\.\. auto\w+:: (?P<name>[\w.]+)\n(?P<options>(?:   :.*\n)*)", re.MULTILINE)
 
 
@@ -69,4 +69,4 @@ def test_the_page_on_learners_uses_nothing_that_the_reference_does_not_have() ->
     things = [found(name) for name in entries()]
     assert used
     for name in sorted(used):
-        assert any(found(name) is thing for thing in things), f"{name} is in docs/learners.md and not in docs/api.md"
+        assert any(found(name) is thing for thing in things), f"{name} is in docs/learners.md and not in docs/reference"
