@@ -22,6 +22,13 @@ def compare(
     runs: Annotated[int, typer.Option(help="Runs of each, paired by their seeds.")] = 50,
     episodes: Annotated[int, typer.Option(help="Episodes of each run.")] = 500,
     agents: Annotated[int | None, typer.Option(help="Agents of a T-version. Default: 1.")] = None,
+    equal_experience: Annotated[
+        bool,
+        typer.Option(
+            "--equal-experience",
+            help="Let each variant play --episodes over all its agents together, so that more agents play fewer each.",
+        ),
+    ] = False,
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -60,6 +67,7 @@ def compare(
 
     request = {"base": base, "candidate": candidate, "env": env, "runs": runs, "episodes": episodes, "agents": agents}
     request |= {"settings": settings or [], "env_settings": env_settings or [], "measure": measure, "seed": seed}
+    request |= {"equal_experience": equal_experience}
     comparison = comparison_study(config_of(request))
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
 
@@ -109,6 +117,7 @@ def config_of(request: Mapping[str, Any]) -> "ComparisonConfig":
         request["runs"],
         request["episodes"],
         request["seed"],
+        request["equal_experience"],
     )
 
 

@@ -4,7 +4,7 @@ import re
 import shlex
 from pathlib import Path
 
-from tuckerl.reports.comparison_text import outcome_of, regrets_of
+from tuckerl.reports.comparison_text import experience_of, outcome_of, regrets_of
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.page import write_page
@@ -64,6 +64,7 @@ def command(config: ComparisonConfig) -> str:
     for option, (number, default) in numbers.items():
         parts += [] if number == default else [f"--{option}", str(number)]
     parts += [] if config.n_agents is None else ["--agents", str(config.n_agents)]
+    parts += ["--equal-experience"] if config.equal_experience else []
     parts += [] if config.measure == "return" else ["--measure", config.measure]
     return shlex.join([*parts, "--seed", str(config.seed)])
 
@@ -76,8 +77,9 @@ def literal(value: object) -> str:
 
 
 def outcome(result: ComparisonResult) -> str:
-    """Return the result in two or three sentences."""
-    return outcome_of(result.compared)
+    """Return the result in two or three sentences, with one on experience where that is not equal by itself."""
+    experience = experience_of(result.compared, result.study.config.n_episodes)
+    return f"{outcome_of(result.compared)} {experience}".rstrip()
 
 
 def settings(variant: Variant) -> str:

@@ -21,6 +21,27 @@ def outcome_in_study(compared: Compared) -> str:
     return difference_of(compared) if is_plain else outcome_of(compared)
 
 
+def experience_of(compared: Compared, n_episodes: int) -> str:
+    """Return who plays more episodes, or that nobody does though agents are more; "" of one agent against one."""
+    base, candidate = compared.base, compared.candidate
+    if base.n_agents == candidate.n_agents:
+        return ""
+    more, less = (candidate, base) if candidate.n_agents > base.n_agents else (base, candidate)
+    if more.n_episodes is not None:
+        return (
+            f"Both play {counted(n_episodes, 'episode')} in all: {more.name} has {more.n_agents} agents, each of which "
+            f"plays {more.n_episodes:,} of them."
+        )
+    times = f"{more.n_agents / less.n_agents:g}"
+    return (
+        f"{more.name} plays {_TIMES.get(times, f'{times} times')} the episodes of {less.name}: {more.n_agents} agents "
+        f"with {n_episodes:,} each. --equal-experience holds the sum over agents equal."
+    )
+
+
+_TIMES = {"2": "twice", "3": "three times", "4": "four times", "5": "five times"}
+
+
 def regrets_of(regrets: Sequence[Estimate]) -> str:
     """Return how far from the best policy the variants' learned ones are, in a sentence; "" where it is not known."""
     if not regrets:

@@ -120,10 +120,12 @@ class _ByEpisode(NamedTuple):
         control = f" The {dashed} dashed." if controls else ""
         n_variants = len(self.scenario.variants)
         some = f" Of {n_variants:,} variants, {base} and the best." if len(self.curves) < n_variants else ""
+        is_shared = any(one.n_episodes is not None for one in self.scenario.variants)
+        shared = " The axis counts the episodes of all agents together." if is_shared else ""
         return (
             f"Above: {self.measure.column} of an episode while learning goes on, averaged over a variant's agents; "
             f"mean of {counted(n_runs, 'run')}.{points} Below: the same as a difference from {base}, taken run by run, "
-            f"so that more is better. {band}{control}{some}{left_out(self.curves)}"
+            f"so that more is better. {band}{control}{some}{shared}{left_out(self.curves)}"
         )
 
     @property

@@ -41,6 +41,7 @@ class ComparisonConfig(NamedTuple):
     n_runs: int = N_RUNS
     n_episodes: int = N_EPISODES
     seed: int = 0
+    equal_experience: bool = False  # whether `n_episodes` are those of all agents of a variant together
 
 
 class ComparisonStudy(NamedTuple):
@@ -78,9 +79,8 @@ def comparison_study(config: ComparisonConfig) -> ComparisonStudy:
     _check_numbers(config, algorithms)
     settings = _settings_of_sides(config, algorithms)
     environment = NamedEnvironment(config.environment, config.keywords)
-    base, candidate = _with_two_names(
-        *(_side(config, *pair, environment) for pair in zip(algorithms, settings, strict=True))
-    )
+    sides = (_side(config, *pair, environment) for pair in zip(algorithms, settings, strict=True))
+    base, candidate = _with_two_names(*(_sharing_episodes(side, config) for side in sides))
     control = control_of(base, candidate)
     if control is not None:
         control = replace(control, name=_control_name(control, candidate if candidate.variant.tensor_step else base))
@@ -150,6 +150,26 @@ def _side(
     if step is None:
         return made
     return made.named(f"{algorithm.name}-{n_agents}{'' if step.share == algorithm.share else f'-{step.share}'}")
+
+
+def _sharing_episodes(side: MadeVariant, config: ComparisonConfig) -> MadeVariant:
+    """Return a side whose agents share the episodes among them, where the comparison holds experience equal.
+
+    Raises
+    ------
+    ParameterError
+        If they cannot be shared equally.
+    """
+    n_agents = side.variant.n_agents
+    if not config.equal_experience or n_agents == 1:
+        return side
+    own, rest = divmod(config.n_episodes, n_agents)
+    if rest or not own:
+        raise ParameterError(
+            f"with equal experience, episodes must be a multiple of the {n_agents} agents that share them; got "
+            f"{config.n_episodes}: give --episodes {(own + 1) * n_agents}"
+        )
+    return side._replace(variant=replace(side.variant, n_episodes=own))
 
 
 def check_differ(base: Variant, candidate: Variant, advice: str) -> None:

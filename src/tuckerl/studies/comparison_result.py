@@ -94,7 +94,7 @@ class ComparisonResult(NamedTuple):
         """Return the content of ``compare.json``."""
         config = self.study.config
         environment = {"environment": config.environment, "environment_keywords": dict(config.keywords)}
-        numbers = {"episodes": config.n_episodes, "seed": config.seed}
+        numbers = {"episodes": config.n_episodes, "seed": config.seed, "equal_experience": config.equal_experience}
         regrets = {one.variant: json_numbers(one[1:4], "regret", "regret_low", "regret_high") for one in self.regrets}
         variants = [estimate.to_dict() | regrets.get(estimate.variant, {}) for estimate in self.estimates]
         return environment | self.compared.to_dict() | numbers | {"variants": variants}

@@ -79,12 +79,18 @@ class Reached:
         return _estimate(name, known, 0, math.nan) if known.size else None
 
     def learning_curves(self, names: Iterable[str], n_episodes: int) -> LearningCurves:
-        """Return the curves of those variants that have runs, paired with the first of them."""
+        """Return the curves of those variants that have runs, paired with the first of them.
+
+        A series that is shorter, as its agents share the episodes, is drawn out: an episode of n agents counts as n.
+        """
         per_point = math.ceil(n_episodes / MOST_POINTS)
         shown = [name for name in names if name in self.pairs()]
         runs, column = self._runs.filter(pl.col("variant").is_in(shown)), MEASURES[self._measure].column
         samples = {
-            name: _by_points(samples_of(runs.filter(pl.col("variant") == name), column), per_point) for name in shown
+            name: _by_points(
+                _drawn_out(samples_of(runs.filter(pl.col("variant") == name), column), n_episodes), per_point
+            )
+            for name in shown
         }
         episode = np.minimum(np.arange(1, math.ceil(n_episodes / per_point) + 1) * per_point, n_episodes)
         return LearningCurves(episode, paired_curves(samples) if samples else ())
@@ -96,6 +102,11 @@ def reached_of(study: Study, tables: StudyTables) -> list[Reached]:
         Reached(StudyTables(*(frame.filter(pl.col("scenario") == scenario.name) for frame in tables)), scenario.measure)
         for scenario in study.scenarios
     ]
+
+
+def _drawn_out(samples: Samples, n_episodes: int) -> Samples:
+    """Return samples as long as the episodes of all agents together."""
+    return samples._replace(values=samples.values.repeat(max(1, n_episodes // samples.values.shape[1]), axis=1))
 
 
 def _by_points(samples: Samples, per_point: int) -> Samples:

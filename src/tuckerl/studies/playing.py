@@ -105,21 +105,21 @@ def play_run(study: Study, run: Run, checkpoint: Path | None = None) -> StudyTab
     """
     scenario = study.scenario(run.scenario)
     variant = scenario.variant(run.variant)
-    environment = _environment(scenario, variant, run.instance)
+    environment, n_episodes = _environment(scenario, variant, run.instance), scenario.episodes_of(variant)
     seed = study.run_seed(scenario, run.instance, run.run)
     paths: list[list[IntArray]] = []
     before = time.process_time()  # kernels run in threads of their own
     with _without_warnings():
         if is_recorded(scenario, variant, run.instance, run.run):
             learner = variant.make(environment, seed)
-            paths = _learn_with_paths(learner, scenario.n_episodes)
+            paths = _learn_with_paths(learner, n_episodes)
             spent = Spent(0.0, 0.0)
         else:
             make = partial(variant.make, environment, seed)
-            learner, spent = learned(make, environment, scenario.n_episodes, checkpoint)
+            learner, spent = learned(make, environment, n_episodes, checkpoint)
     seconds = time.process_time() - before
     return StudyTables(
-        _runs_frame(learner, scenario.n_episodes),
+        _runs_frame(learner, n_episodes),
         _weights_frame(learner),
         _paths_frame(paths),
         _frame(

@@ -190,7 +190,7 @@ class Store(Results):
     @property
     def n_rows(self) -> int:
         """Rows of the table of runs, as far as these are finished."""
-        rows = {(s.name, v.name): s.n_episodes * v.n_agents for s in self.study.scenarios for v in s.variants}
+        rows = {(s.name, v.name): s.episodes_of(v) * v.n_agents for s in self.study.scenarios for v in s.variants}
         return sum(rows[run.scenario, run.variant] for run in self.finished())
 
     def missing(self) -> list[Run]:

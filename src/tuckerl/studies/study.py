@@ -48,6 +48,7 @@ class Variant:
     parameters: Mapping[str, Any]
     n_agents: int
     tensor_step: TensorStep | None
+    n_episodes: int | None = None  # of each agent, where they are others than the scenario's
 
     def make(self, env: Environment, seed: np.random.SeedSequence) -> Learner:
         """Return the learner, ready to learn."""
@@ -61,6 +62,7 @@ class Variant:
             "parameters": {name: in_words(value) for name, value in self.parameters.items()},
             "n_agents": self.n_agents,
             "tensor_step": step,
+            **({} if self.n_episodes is None else {"episodes": self.n_episodes}),
         }
 
 
@@ -168,6 +170,10 @@ class Scenario:
     def variant(self, name: str) -> Variant:
         """Return the variant of this name."""
         return next(variant for variant in self.variants if variant.name == name)
+
+    def episodes_of(self, variant: Variant) -> int:
+        """Return how many episodes each agent of a variant plays."""
+        return self.n_episodes if variant.n_episodes is None else variant.n_episodes
 
     def specification(self) -> dict[str, Any]:
         """Return all that decides the scenario's results, as JSON."""
