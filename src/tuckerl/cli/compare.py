@@ -117,7 +117,7 @@ def config_of(request: Mapping[str, Any]) -> "ComparisonConfig":
         request["runs"],
         request["episodes"],
         request["seed"],
-        request["equal_experience"],
+        request.get("equal_experience", False),
     )
 
 
