@@ -27,6 +27,8 @@ BENCHMARKS = (
     "solving",
     "first_result",
     "cluster",
+    "studies",
+    "large_study",
     "experiment",
 )
 

@@ -46,7 +46,7 @@ def learned(
         learner.learn(episodes=min(episodes, n_episodes - learner.episodes))
         now = time.monotonic()
         # Pieces grow to about two seconds, so that few calls are made: 50 and 50 episodes are 100, to the last bit.
-        episodes = max(1, min(8 * episodes, int(episodes * _SECONDS_OF_A_PIECE / max(now - before, 1e-9))))
+        episodes = max(1, min(64 * episodes, int(episodes * _SECONDS_OF_A_PIECE / max(now - before, 1e-9))))
         if checkpoint is not None and now - saved > SECONDS_BETWEEN and learner.episodes < n_episodes:
             seconds = time.process_time() - begun + spent.seconds
             checkpoint = _keep(learner, checkpoint, seconds, spent.tensor_step_seconds + learner.tensor_step_seconds)

@@ -108,12 +108,7 @@ class Parts:
     def add(self, fresh: Sequence[Fresh]) -> dict[str, Stored]:
         """Store runs, and return where they are, by identity: they are on the disk then."""
         make_folder(self.folder)
-        tables = StudyTables(
-            *(
-                pl.concat([_marked(getattr(one.tables, name), place) for place, one in enumerate(fresh)])
-                for name in StudyTables._fields
-            )
-        )
+        tables = StudyTables(*(_marked([getattr(one.tables, name) for one in fresh]) for name in StudyTables._fields))
         self._write([(one.identity, one.run, one.code) for one in fresh], tables)
         return {one.identity: self.stored[one.identity][-1] for one in fresh}
 
@@ -221,8 +216,10 @@ def _completed(frame: pl.DataFrame, columns: dict[str, Any]) -> pl.DataFrame:
     return frame.with_columns(*missing).select(*columns)
 
 
-def _marked(frame: pl.DataFrame, place: int) -> pl.DataFrame:
-    return frame.select(pl.lit(place, dtype=pl.UInt32).alias(_OF), pl.all())
+def _marked(frames: list[pl.DataFrame]) -> pl.DataFrame:
+    """Return the rows of all, each behind the place of the frame that it is from."""
+    places = np.repeat(np.arange(len(frames), dtype=np.uint32), [frame.height for frame in frames])
+    return pl.concat(frames).select(pl.Series(_OF, places), pl.all())
 
 
 def _put(archive: zipfile.ZipFile, name: str, content: bytes) -> None:

@@ -154,14 +154,20 @@ def _learn_with_paths(learner: Learner, episodes: int) -> list[list[IntArray]]:
 
 
 def _frame(kind: str, **columns: Any) -> pl.DataFrame:
-    return pl.DataFrame(columns).select(*ROWS[kind]).cast(ROWS[kind])
+    # Series by series: Polars takes longer to plan a selection than a short run takes.
+    return pl.DataFrame([pl.Series(name, columns[name], dtype=dtype) for name, dtype in ROWS[kind].items()])
 
 
 def _runs_frame(learner: Learner, n_episodes: int) -> pl.DataFrame:
+    n_played = learner.episodes  # fewer where it diverged
+    missing = ((0, 0), (0, n_episodes - n_played))
     agent, episode = np.indices((learner.n_agents, n_episodes)).reshape(2, -1)
-    wanted = pl.DataFrame({"agent": agent, "episode": episode})
-    played = wanted.join(learner.to_frame(), on=["agent", "episode"], how="left", maintain_order="left")
-    return _frame("runs", **played.with_columns(diverged=pl.col("steps").is_null()).to_dict())
+    steps, returns = np.pad(learner.steps.T, missing).ravel(), np.pad(learner.returns.T, missing).ravel()
+    columns = {"agent": agent, "episode": episode, "steps": steps, "return": returns}
+    frame = _frame("runs", **columns, diverged=episode >= n_played)
+    if n_played < n_episodes:
+        frame = frame.with_columns(pl.when(~pl.col("diverged")).then(pl.col("steps", "return")))
+    return frame
 
 
 def _weights_frame(learner: Learner) -> pl.DataFrame:
