@@ -46,7 +46,10 @@ def draw_policy(inspection: Inspection) -> Figure:
     figure, (axes,), key = draw_maps(inspection, [field], "no preference")
     columns, chosen = inspection.grid[1], _drawn(inspection)
     for path in (one for one in inspection.paths if one.words):
-        for look in ({"color": "white", "linewidth": 3.2}, {"color": BLACK, "linewidth": 1.4}):
+        for look in (
+            {"color": "white", "linewidth": 3.2, "zorder": 0.8},
+            {"color": BLACK, "linewidth": 1.4, "zorder": 0.9},
+        ):
             axes.plot(path.states[0] % columns, path.states[0] // columns, **look)  # type: ignore[arg-type]  # of types
     _draw_arrows(axes, inspection, chosen & ~np.isnan(shown), field)
     return with_legend(figure, [*key, *_draw_marks(axes, inspection, chosen)])
