@@ -21,6 +21,15 @@ def test_tuning_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixt
     tuned = json.loads((folder / "tune.json").read_text())
     assert tuned["searches"][0]["searched"] == {"epsilon": "0.01:0.5:log", "ties": "first,random"}
     assert tuned["searches"][0]["fixed"] == {"alpha": "0.5"}
+    assert status_of("study", "status", str(folder)) == 0
+    told = capsys.readouterr()
+    assert told.out == "FrozenLake-v1: tuning, runs: 1\t2\t2 of 2\t0\nFrozenLake-v1: test\t2\t4 of 4\t0\n"
+    assert told.err == f"Of 2 trials of q-learning, {tuned['searches'][0]['winner']} was best.\n"
+    (folder / "tune.json").unlink()
+    assert status_of("study", "status", str(folder)) == 0
+    assert capsys.readouterr().err.startswith("The tuning is not finished: it adds trials and rungs as it goes on")
+    assert status_of("study", "resume", str(folder)) == 2
+    assert "lake holds a study that came from no file: the" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

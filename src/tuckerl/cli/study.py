@@ -68,15 +68,19 @@ def status(
 ) -> None:
     """Say how far a study is, and what each variant has reached; of a file, check it, and say what it asks for.
 
-    A table on a terminal; elsewhere a line each, its columns apart by tabs.
+    Of a folder of another command, such as tune, it says how many runs of what are finished. A table on a terminal;
+    elsewhere a line each, its columns apart by tabs.
     """
     from tuckerl.files import is_file
     from tuckerl.reports.study import Study
     from tuckerl.reports.study_page import troubles
     from tuckerl.studies.study_file import read_study_file
-    from tuckerl.studies.study_folder import kept_file
+    from tuckerl.studies.study_folder import FILE, kept_file
 
     is_of_file = is_file(place)
+    if not is_of_file and is_file(place / "study.json") and not is_file(place / FILE):
+        _show_folder(place)
+        return
     made = Study(read_study_file(place) if is_of_file else kept_file(place))
     folder = _folder_of(place) if is_of_file else place
     found = made.status(folder)
@@ -156,6 +160,18 @@ def _report(made: "Study", folder: Path) -> None:
     typer.echo(f"Report: {written.page}")
 
 
+def _show_folder(folder: Path) -> None:
+    """Say how far the results of another command are."""
+    from tuckerl.studies.folder_status import folder_status
+    from tuckerl.studies.tuning_folder import outcome_in
+
+    found = folder_status(folder)
+    rows = [[one.name, str(one.n_variants), f"{one.n_finished} of {one.n_runs}", str(one.n_failed)] for one in found]
+    _show_rows(("Scenario", "Variants", "Runs", "Failed"), rows)
+    for words in outcome_in(folder, [one.name for one in found]):
+        typer.echo(words, err=True)
+
+
 def _show(status: "StudyStatus") -> None:
     from tuckerl.reports.text import measured, measured_interval
     from tuckerl.studies.statistics import MEASURES
@@ -171,12 +187,17 @@ def _show(status: "StudyStatus") -> None:
         ]
         for one in status.variants
     ]
+    _show_rows(("Problem", "Variant", "Runs", "Diverged", f"{measure.capitalize()} [95 % interval]"), rows)
+
+
+def _show_rows(head: tuple[str, ...], rows: list[list[str]]) -> None:
+    """Write a table on a terminal; elsewhere a line for each row, its columns apart by tabs."""
     console = Console()
     if not console.is_terminal:
         for row in rows:
             typer.echo("\t".join(row))
-    else:
-        table = Table("Problem", "Variant", "Runs", "Diverged", f"{measure.capitalize()} [95 % interval]")
-        for row in rows:
-            table.add_row(*map(Text, row))
-        console.print(table)
+        return
+    table = Table(*head)
+    for row in rows:
+        table.add_row(*map(Text, row))
+    console.print(table)

@@ -43,31 +43,57 @@ def run_identities(study: Study) -> dict[Run, str]:
 
 def _identities(study: Study) -> Iterator[tuple[Run, str]]:
     for scenario in study.scenarios:
+        problem, seed = dict(scenario.environment) or scenario.name, [study.seed, scenario.number]
         for variant in scenario.variants:
-            decided = hashlib.sha256(json.dumps(_specification(study, scenario, variant), sort_keys=True).encode())
-            for instance in range(scenario.n_instances):
-                for number in range(scenario.n_runs):
-                    own = decided.copy()
-                    recorded = is_recorded(scenario, variant, instance, number)
-                    own.update(f"/{instance}/{number}/{recorded:d}".encode())
-                    yield Run(scenario.name, variant.name, instance, number), own.hexdigest()[:32]
+            specification = variant.specification()
+            decided = decided_alike(problem, scenario.n_episodes, seed, specification, regret=scenario.asks_regret)
+            sizes, recorded = (scenario.n_instances, scenario.n_runs), variant.name in scenario.record_paths_of
+            yield from identities_alike(scenario.name, variant.name, sizes, decided, recorded=recorded)
+
+
+def decided_alike(problem: Any, episodes: int, seed: list[int], variant: Any, *, regret: bool) -> dict[str, Any]:
+    """Return all that the runs of a variant in a scenario have in common, as JSON.
+
+    Parameters
+    ----------
+    problem
+        The environment as JSON, or the scenario's name, which then decides it.
+    episodes : int
+    seed : [seed of the study, number of the scenario]
+    variant
+        Its specification.
+    regret : bool
+        Whether the regret of what was learned is worked out.
+    """
+    asked = {"regret": True} if regret else {}
+    return asked | {"format": _FORMAT, "problem": problem, "episodes": episodes, "seed": seed, "variant": variant}
+
+
+def identities_alike(
+    scenario: str, variant: str, sizes: tuple[int, int], decided: dict[str, Any], *, recorded: bool
+) -> Iterator[tuple[Run, str]]:
+    """Give the identity of each run of a variant in a scenario.
+
+    Parameters
+    ----------
+    scenario, variant : str
+    sizes : (instances, runs)
+    decided : dict
+        As `decided_alike` returns it.
+    recorded : bool
+        Whether the paths of the first run are kept.
+    """
+    digest = hashlib.sha256(json.dumps(decided, sort_keys=True).encode())
+    for instance in range(sizes[0]):
+        for number in range(sizes[1]):
+            own = digest.copy()
+            own.update(f"/{instance}/{number}/{recorded and (instance, number) == (0, 0):d}".encode())
+            yield Run(scenario, variant, instance, number), own.hexdigest()[:32]
 
 
 def is_recorded(scenario: Scenario, variant: Variant, instance: int, run: int) -> bool:
     """Return whether the paths of a run are kept."""
     return (instance, run) == (0, 0) and variant.name in scenario.record_paths_of
-
-
-def _specification(study: Study, scenario: Scenario, variant: Variant) -> dict[str, Any]:
-    """Return all that the runs of a variant in a scenario have in common, as JSON."""
-    asked = {"regret": True} if scenario.asks_regret else {}
-    return asked | {
-        "format": _FORMAT,
-        "problem": dict(scenario.environment) or scenario.name,
-        "episodes": scenario.n_episodes,
-        "seed": [study.seed, scenario.number],
-        "variant": variant.specification(),
-    }
 
 
 def run_code(scenario: Scenario, variant: Variant) -> dict[str, str]:

@@ -22,7 +22,7 @@ from tuckerl.studies.folder_lock import FolderLock
 from tuckerl.studies.parts import LOCATION, Fresh, Parts, Stored, parquet
 from tuckerl.studies.runs import Run, all_runs, run_code, run_identities
 from tuckerl.studies.study import Study
-from tuckerl.studies.study_differences import changes_of_study, study_specification
+from tuckerl.studies.study_differences import changes_of_study, seeds_of, study_specification
 from tuckerl.studies.tables import KEY, StudyTables
 from tuckerl.studies.workers import Played
 
@@ -157,7 +157,8 @@ class Store(Results):
             self._finished, self._of_then = self._stored()
         if difference is not None:
             self._forget_shown()
-        held = study_specification(self.study) | {"accepted_code": sorted(self._accepted)}
+        held = study_specification(self.study)
+        held |= {"accepted_code": sorted(self._accepted), "seeds": seeds_of(self.study)}
         if held != self._held:
             write_whole(self.folder / "study.json", json.dumps(held, indent=1).encode())
 

@@ -16,6 +16,18 @@ def study_specification(study: Study) -> dict[str, Any]:
     return normal
 
 
+def seeds_of(study: Study) -> dict[str, Any]:
+    """Return, as JSON, what a study's specification does not say and its runs' identities need."""
+    return {
+        scenario.name: {
+            "number": scenario.number,
+            "regret": scenario.asks_regret,
+            "recorded": list(scenario.record_paths_of),
+        }
+        for scenario in study.scenarios
+    }
+
+
 def changes_of_study(there: dict[str, Any], here: dict[str, Any]) -> Iterator[str]:
     """Give in words what makes one study another, and not a larger or a smaller one of the same."""
     if there["format"] != here["format"]:

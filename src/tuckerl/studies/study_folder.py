@@ -82,7 +82,7 @@ def kept_file(folder: Path) -> StudyFile:
         if is_folder and is_file(folder / "study.json"):
             raise ParameterError(
                 f"{folder} holds a study that came from no file: the `tuckerl reproduce`, `compare` or `tune` that "
-                "made it goes on with it, and writes its report"
+                "made it goes on with it, and writes its report; `tuckerl study status` says how far it is"
             )
         what = f"holds no {FILE}, so no study was run into it from a file" if is_folder else "is no folder"
         raise ParameterError(f"{folder} {what}: `tuckerl study run FILE --out {folder}` makes one")

@@ -29,10 +29,16 @@ from tuckerl.studies.variants import MadeVariant, NamedEnvironment, control_of, 
 
 N_TRIALS, BATCH, RUNGS = 45, 9, (2, 6, 18)
 MEASURED = ("return", "steps", "final")
+_RUNG = ", runs: "
 _GO_ON = 3  # one of so many goes on to the next rung
 
 Play = Callable[[Study], StudyTables]
 """Plays what is missing of a study and returns its tables."""
+
+
+def is_rung(scenario: str) -> bool:
+    """Return whether a scenario of this name is a rung of a tuning."""
+    return f": tuning{_RUNG}" in scenario
 
 
 class TuningConfig(NamedTuple):
@@ -215,7 +221,7 @@ class Tuning:
         return Study(tuple(self._scenario("tuning", rung, made) for rung, made in played.items()), self.config.seed)
 
     def _name(self, what: str, rung: int) -> str:
-        return f"{self.environment.label}: {what}" + (f", runs: {rung}" if what == "tuning" else "")
+        return f"{self.environment.label}: {what}" + (f"{_RUNG}{rung}" if what == "tuning" else "")
 
     def _scenario(
         self,

@@ -1,6 +1,8 @@
 """Tuning in a folder, going on where an earlier call stopped, and what came of it."""
 
+import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +17,7 @@ from tuckerl.studies.store import Results
 from tuckerl.studies.study import Study
 from tuckerl.studies.study_result import ProblemResult, summarise_study
 from tuckerl.studies.tables import StudyTables
-from tuckerl.studies.tuning import Search, Trial, Tuned, Tuning, TuningConfig
+from tuckerl.studies.tuning import Search, Trial, Tuned, Tuning, TuningConfig, is_rung
 
 
 class TuningResult(NamedTuple):
@@ -59,6 +61,17 @@ def _search_entry(search: Search) -> dict[str, Any]:
 def _trial_entry(trial: Trial) -> dict[str, Any]:
     means = {str(runs): None if math.isnan(mean) else mean for runs, mean in trial.means.items()}
     return {"variant": trial.name, "batch": trial.batch, "means": means}
+
+
+def outcome_in(folder: Path, scenarios: Sequence[str]) -> list[str]:
+    """Return which settings a folder's tuning has found, or that it goes on; nothing where there is no tuning."""
+    if not any(is_rung(name) for name in scenarios):
+        return []
+    try:
+        searches = json.loads((folder / "tune.json").read_bytes())["searches"]
+        return [f"Of {len(one['trials'])} trials of {one['algorithm']}, {one['winner']} was best." for one in searches]
+    except (OSError, ValueError, KeyError, TypeError):
+        return ["The tuning is not finished: it adds trials and rungs as it goes on, when its command is given again."]
 
 
 def in_words_of_search(one: Searched) -> str:
