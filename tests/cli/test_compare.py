@@ -81,6 +81,10 @@ def test_ctrl_c_keeps_what_is_finished(
         (["sarsa", "q-learning", *SMALL, "--set", "alhpa=1"], "has no parameter 'alhpa': did you mean 'alpha'?"),
         (["sarsa", "q-learning", *SMALL, "--set", "alpha=fast"], "alpha must be a number in (0, 1]; got 'fast'"),
         (["sarsa", "q-learning", *SMALL, "--set", "ranks=1,1,1,1"], "ranks belongs to the tensor step"),
+        (
+            ["sarsa", "q-learning", *SMALL, "--runs", "10000000"],
+            "ask for 20,000,000 runs; if that is meant, give --yes",
+        ),
         (["sarsa", "tq-learning", *SMALL, "--set", "ranks=1,1"], "ranks must be four whole numbers"),
         (["sarsa", "tq-learning", *SMALL, "--set", "share=most"], "unknown share 'most'"),
         (["sarsa", "q-learning", *SMALL, "--env-set", "rowss=6"], "cannot make tuckerl/DynaMaze-v0 with "),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tuckerl.cli.options import AcceptCode, Cluster, EnvSettings, OverwriteStudy, Seed, Workers
+from tuckerl.cli.options import AcceptCode, Cluster, EnvSettings, OverwriteStudy, Seed, Workers, Yes
 
 if TYPE_CHECKING:
     from tuckerl.studies.comparison import ComparisonConfig
@@ -48,6 +48,7 @@ def compare(
     out: Annotated[Path | None, typer.Option(help="Folder for the results. Default: one in results/compare.")] = None,
     overwrite: OverwriteStudy = False,
     accept_code: AcceptCode = False,
+    yes: Yes = False,
 ) -> None:
     """Compare two algorithms on an environment; write report.html, a figure, compare.json and runs.parquet.
 
@@ -56,11 +57,13 @@ def compare(
     """
     # Imported here, so that --help is quick.
     from tuckerl.cli.compiling import compiling_said
+    from tuckerl.cli.large import ask_if_large
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.reports.comparison_page import outcome, write_comparison
     from tuckerl.reports.comparison_text import regrets_of
     from tuckerl.reports.learner_text import by_agent
     from tuckerl.reports.live_view import runs_shown
+    from tuckerl.reports.text import counted
     from tuckerl.studies.comparison import comparison_study
     from tuckerl.studies.comparison_result import means_by_agent, summarise_comparison
     from tuckerl.studies.reproduce import run_study
@@ -69,6 +72,8 @@ def compare(
     request |= {"settings": settings or [], "env_settings": env_settings or [], "measure": measure, "seed": seed}
     request |= {"equal_experience": equal_experience}
     comparison = comparison_study(config_of(request))
+    n_runs = comparison.study.n_runs
+    ask_if_large(n_runs, f"{base} and {candidate} ask for {counted(n_runs, 'run')}", yes)
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
 
     def tell(runs: "RunProgress") -> None:  # from the first call on, the folder is this comparison's

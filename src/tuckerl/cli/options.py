@@ -28,6 +28,7 @@ OverwriteStudy = Annotated[
         "--overwrite", help="Replace another study's results in the folder, and play runs of other code again."
     ),
 ]
+Yes = Annotated[bool, typer.Option("--yes", help="Do not ask whether very many runs are meant.")]
 AcceptCode = Annotated[
     bool, typer.Option("--accept-code", help="Keep finished runs that other code, or other versions, have played.")
 ]

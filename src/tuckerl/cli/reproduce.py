@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from tuckerl.cli.options import AcceptCode, Cluster, OverwriteStudy, Seed, Workers
+from tuckerl.cli.options import AcceptCode, Cluster, OverwriteStudy, Seed, Workers, Yes
 
 
 def reproduce(
@@ -24,6 +24,7 @@ def reproduce(
     ] = False,
     overwrite: OverwriteStudy = False,
     accept_code: AcceptCode = False,
+    yes: Yes = False,
 ) -> None:
     """Run the paper's experiments; write report.html, figures, claims.json and runs.parquet.
 
@@ -31,10 +32,12 @@ def reproduce(
     """
     # Imported here, so that --help is quick.
     from tuckerl.cli.compiling import compiling_said
+    from tuckerl.cli.large import ask_if_large
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.progress import default_workers
     from tuckerl.reports.live_view import runs_shown
     from tuckerl.reports.report import write_report
+    from tuckerl.reports.text import counted
     from tuckerl.reports.verdicts import verdict_table
     from tuckerl.studies.ablation import ablation_study, ablations
     from tuckerl.studies.reproduce import play_study, player_of
@@ -51,6 +54,7 @@ def reproduce(
             return play_study(part, where, player, overwrite=overwrite, accept_code=accept_code, progress=progress)
 
     study = scenario_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)
+    ask_if_large(study.n_runs, f"{scenario} asks for {counted(study.n_runs, 'run')}", yes)
     small, cells = ablation_study(study), Sensitivity()
     with player_of(workers, cluster) as player:
         tables = play(study, folder, "runs")

@@ -1,7 +1,6 @@
 """``tuckerl study``: a study from a TOML file, run, looked at, resumed, reported and exported."""
 
 import re
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from tuckerl.cli.options import AcceptCode, Cluster, OverwriteStudy, Workers
+from tuckerl.cli.options import AcceptCode, Cluster, OverwriteStudy, Workers, Yes
 
 if TYPE_CHECKING:
     from tuckerl.reports.study import Study
@@ -21,7 +20,6 @@ study = typer.Typer(no_args_is_help=True, help="Run a study that a TOML file des
 
 File = Annotated[Path, typer.Argument(metavar="FILE", help="A study file, in TOML; docs/studies.md shows one.")]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder that a study was run into.")]
-Yes = Annotated[bool, typer.Option("--yes", help="Do not ask whether a very large study is meant.")]
 
 
 @study.command("run")
@@ -129,14 +127,10 @@ def _folder_of(file: Path) -> Path:
 
 def _made(file: "StudyFile", yes: bool) -> "Study":
     """Return the study of a file; one that is very large is asked about first."""
-    from tuckerl.errors import ParameterError
-    from tuckerl.reports.study import MOST_RUNS, Study, many_runs
+    from tuckerl.cli.large import ask_if_large
+    from tuckerl.reports.study import Study, many_runs
 
-    if file.n_runs > MOST_RUNS and not yes:
-        if not sys.stdin.isatty():
-            raise ParameterError(f"{many_runs(file)}; if that is meant, give --yes")
-        if not typer.confirm(f"{many_runs(file)}. Play them all?", err=True):
-            raise typer.Exit(1)
+    ask_if_large(file.n_runs, many_runs(file), yes)
     return Study(file)
 
 

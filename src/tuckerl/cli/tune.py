@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from tuckerl.cli.options import AcceptCode, Cluster, EnvSettings, OverwriteStudy, Seed, Workers
+from tuckerl.cli.options import AcceptCode, Cluster, EnvSettings, OverwriteStudy, Seed, Workers, Yes
 
 
 def tune(
@@ -44,15 +44,18 @@ def tune(
     out: Annotated[Path | None, typer.Option(help="Folder for the results. Default: one in results/tune.")] = None,
     overwrite: OverwriteStudy = False,
     accept_code: AcceptCode = False,
+    yes: Yes = False,
 ) -> None:
     """Tune an algorithm on an environment, and its base alike; write report.html, tune.json and runs.parquet.
 
     The winner is tested on fresh seeds beside the tuned base and its constant control. Needs tuckerl[tune].
     """
     from tuckerl.cli.compiling import compiling_said
+    from tuckerl.cli.large import ask_if_large
     from tuckerl.cli.settings import parse_numbers, parse_parameters, parse_searches, parse_settings
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.reports.live_view import runs_shown
+    from tuckerl.reports.text import counted
     from tuckerl.reports.tuning_page import outcome, write_tuning
     from tuckerl.studies.algorithms import check_order
     from tuckerl.studies.tuning import Tuning, TuningConfig
@@ -66,6 +69,8 @@ def tune(
             algorithm, env, keywords, searched, given, measure, agents, trials, batch, numbers, runs, episodes, seed
         )
     )
+    n_runs = tuning.most_runs
+    ask_if_large(n_runs, f"trials, rungs and test of {algorithm} may ask for up to {counted(n_runs, 'run')}", yes)
     folder = out or Path("results") / "tune" / re.sub(r"[^\w.-]+", "-", f"{algorithm}-{env}")
     with compiling_said(), short_warnings(), runs_shown("runs") as progress:
         result = play_tuning(

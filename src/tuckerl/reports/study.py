@@ -128,7 +128,7 @@ class Study:
     @property
     def n_runs(self) -> int:
         """Number of runs in all, those of controls among them."""
-        return sum(one.n_runs_of_each * len(one.variants) for one in self._plan.scenarios)
+        return self._plan.n_runs
 
     def run(
         self,

@@ -277,7 +277,7 @@ class Store(Results):
         try:
             return next(changes_of_study(self._held, study_specification(self.study)), None)
         except (AttributeError, TypeError, KeyError):
-            return "its study.json cannot be read"
+            return "its study.json is not one that tuckerl writes"
 
 
 @contextmanager

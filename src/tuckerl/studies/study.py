@@ -221,6 +221,11 @@ class Study:
             "scenarios": {scenario.name: scenario.specification() for scenario in self.scenarios},
         }
 
+    @property
+    def n_runs(self) -> int:
+        """Number of runs in all."""
+        return sum(scenario.n_runs_of_each * len(scenario.variants) for scenario in self.scenarios)
+
     def scenario(self, name: str) -> Scenario:
         """Return the scenario of this name."""
         return next(scenario for scenario in self.scenarios if scenario.name == name)

@@ -176,7 +176,7 @@ def kept_runs(study: Study, folder: Path) -> KeptRuns:
 def _kept_now(study: Study, folder: Path) -> KeptRuns:
     results = Results(folder, study)
     finished, of_other_code = results.finished(), 0
-    if len(finished) < sum(one.n_runs_of_each * len(one.variants) for one in study.scenarios):
+    if len(finished) < study.n_runs:
         stored = Parts(folder / "parts").stored
         of_other_code = sum(one in stored and run not in finished for run, one in run_identities(study).items())
     return KeptRuns(results.tables, len(results.failures()), of_other_code)

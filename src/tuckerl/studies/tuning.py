@@ -199,6 +199,12 @@ class Tuning:
         if not self.spaces[0].searched:
             raise ParameterError(f"all that is searched of {algorithm.name} is set: leave something to --search")
 
+    @property
+    def most_runs(self) -> int:
+        """The most runs that there can be: all trials in the last rung, and the test of three variants."""
+        config = self.config
+        return len(self.spaces) * config.n_trials * config.rungs[-1] + 3 * config.n_runs
+
     def search(self, play: Play) -> Tuned:
         """Search with `play`, and return the winner's test, which is not played yet."""
         searches = tuple(Search(space, self.config) for space in self.spaces)
