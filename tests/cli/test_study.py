@@ -59,7 +59,7 @@ def test_the_papers_files_are_printed(capsys: pytest.CaptureFixture[str]) -> Non
         (["run", "none.toml"], "cannot read the study file none.toml: No such file or directory"),
         (
             ["run", "many.toml"],
-            "many.toml asks for 12,000,000 runs: 3 variants on 1 problem; if that is meant, give --yes",
+            "many.toml: these are 12,000,000 runs; if that is meant, give --yes",
         ),
         (["run", "lake.toml", "--workers", "0"], "workers must be a whole number of at least 1; got 0"),
         (["run", "lake.toml", "--runs", "0"], "runs must be a whole number of at least 1; got 0"),
@@ -108,7 +108,7 @@ def test_a_very_large_study_is_asked_about(monkeypatch: pytest.MonkeyPatch, caps
     Path("many.toml").write_text(changed(("runs = 3", "runs = 4_000_000")))
     monkeypatch.setattr(sys, "stdin", Terminal("n\n"))
     assert status_of("study", "run", "many.toml") == 1
-    question = "many.toml asks for 12,000,000 runs: 3 variants on 1 problem. Play them all? [y/N]:"
+    question = "many.toml: these are 12,000,000 runs. Play them all? [y/N]:"
     assert question in capsys.readouterr().err
     assert not Path("results").exists()
     monkeypatch.setattr(sys, "stdin", Terminal("y\n"))

@@ -39,7 +39,10 @@ def test_tuning_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixt
         (["--search", "alpha=0:1:log"], "alpha must be above 0 where ratios are searched (log); got 0 to 1"),
         (["--search", "alpha=x:1"], "--search of a range must be alpha=LOW:HIGH or alpha=LOW:HIGH:log"),
         (["--search", "alhpa=0.1:1"], "did you mean 'alpha'"),
-        (["--runs", "10000000"], "q-learning may ask for up to 30,000,810 runs; if that is meant, give --yes"),
+        (
+            ["--runs", "10000000"],
+            "and its test: these are 30,000,810 runs; if that is meant, give --yes",
+        ),
         (["--trials", "0"], "trials must be a whole number of at least 1; got 0"),
         (["--cluster", "tcp://127.0.0.1:1", "--workers", "2"], "give one of the two"),
         (["--rungs", "2,x"], "--rungs must be whole numbers with commas between them; got '2,x'"),

@@ -63,7 +63,6 @@ def compare(
     from tuckerl.reports.comparison_text import regrets_of
     from tuckerl.reports.learner_text import by_agent
     from tuckerl.reports.live_view import runs_shown
-    from tuckerl.reports.text import counted
     from tuckerl.studies.comparison import comparison_study
     from tuckerl.studies.comparison_result import means_by_agent, summarise_comparison
     from tuckerl.studies.reproduce import run_study
@@ -72,8 +71,7 @@ def compare(
     request |= {"settings": settings or [], "env_settings": env_settings or [], "measure": measure, "seed": seed}
     request |= {"equal_experience": equal_experience}
     comparison = comparison_study(config_of(request))
-    n_runs = comparison.study.n_runs
-    ask_if_large(n_runs, f"{base} and {candidate} ask for {counted(n_runs, 'run')}", yes)
+    ask_if_large(comparison.study.n_runs, f"{base} and {candidate}", yes)
     folder = out or Path("results") / "compare" / re.sub(r"[^\w.-]+", "-", f"{base}-{candidate}-{env}")
 
     def tell(runs: "RunProgress") -> None:  # from the first call on, the folder is this comparison's

@@ -37,7 +37,6 @@ def reproduce(
     from tuckerl.progress import default_workers
     from tuckerl.reports.live_view import runs_shown
     from tuckerl.reports.report import write_report
-    from tuckerl.reports.text import counted
     from tuckerl.reports.verdicts import verdict_table
     from tuckerl.studies.ablation import ablation_study, ablations
     from tuckerl.studies.reproduce import play_study, player_of
@@ -54,7 +53,7 @@ def reproduce(
             return play_study(part, where, player, overwrite=overwrite, accept_code=accept_code, progress=progress)
 
     study = scenario_study(scenario, runs=runs, episodes=episodes, seed=seed, quick=quick)
-    ask_if_large(study.n_runs, f"{scenario} asks for {counted(study.n_runs, 'run')}", yes)
+    ask_if_large(study.n_runs, scenario, yes)
     small, cells = ablation_study(study), Sensitivity()
     with player_of(workers, cluster) as player:
         tables = play(study, folder, "runs")

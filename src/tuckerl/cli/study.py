@@ -128,9 +128,9 @@ def _folder_of(file: Path) -> Path:
 def _made(file: "StudyFile", yes: bool) -> "Study":
     """Return the study of a file; one that is very large is asked about first."""
     from tuckerl.cli.large import ask_if_large
-    from tuckerl.reports.study import Study, many_runs
+    from tuckerl.reports.study import Study
 
-    ask_if_large(file.n_runs, many_runs(file), yes)
+    ask_if_large(file.n_runs, file.place.file, yes)
     return Study(file)
 
 

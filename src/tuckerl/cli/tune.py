@@ -55,7 +55,6 @@ def tune(
     from tuckerl.cli.settings import parse_numbers, parse_parameters, parse_searches, parse_settings
     from tuckerl.cli.warnings import short_warnings
     from tuckerl.reports.live_view import runs_shown
-    from tuckerl.reports.text import counted
     from tuckerl.reports.tuning_page import outcome, write_tuning
     from tuckerl.studies.algorithms import check_order
     from tuckerl.studies.tuning import Tuning, TuningConfig
@@ -69,8 +68,7 @@ def tune(
             algorithm, env, keywords, searched, given, measure, agents, trials, batch, numbers, runs, episodes, seed
         )
     )
-    n_runs = tuning.most_runs
-    ask_if_large(n_runs, f"trials, rungs and test of {algorithm} may ask for up to {counted(n_runs, 'run')}", yes)
+    ask_if_large(tuning.most_runs, f"{algorithm}, with all that its trials may play and its test", yes)
     folder = out or Path("results") / "tune" / re.sub(r"[^\w.-]+", "-", f"{algorithm}-{env}")
     with compiling_said(), short_warnings(), runs_shown("runs") as progress:
         result = play_tuning(
