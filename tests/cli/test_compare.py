@@ -52,7 +52,7 @@ def test_ctrl_c_keeps_what_is_finished(
     @contextmanager
     def interrupting(what: str) -> Iterator[Callable[[RunProgress], None]]:
         def report(runs: RunProgress) -> None:
-            if runs.n_done >= 2:
+            if runs.n_done >= 1:  # runs are stored twice a second, so that the next may be all
                 raise KeyboardInterrupt
 
         yield report
