@@ -10,6 +10,7 @@ from tests.browser.visit import Visit, VisitMaker, served
 BAD = """<!doctype html><html lang="en"><title>Bad</title><body><main><h1>Bad</h1>
 <style>@media (prefers-color-scheme: dark) { body { background: #111; color: #222 } }</style>
 <p style="width: 700px">Wide</p><div style="overflow: auto"><p style="width: 2000px">Wide, and kept</p></div>
+<div style="overflow: hidden"><p style="width: 2000px">Cut off</p></div>
 <img src="missing.png"><script>console.log("I say something"); undefined.x</script></main></body></html>"""
 
 
@@ -41,12 +42,12 @@ def test_a_site_may_ask_for_what_is_its_own_and_there(bad: Path, browser: Browse
         visit.close()
 
 
-def test_only_what_makes_the_page_wide_is_too_wide(bad: Path, browser: Browser) -> None:
+def test_what_makes_the_page_wide_or_is_cut_off_is_too_wide(bad: Path, browser: Browser) -> None:
     visit = Visit(browser, bad.as_uri())
-    assert visit.too_wide(1440) == []
+    assert visit.too_wide(2200) == []
     size, *boxes = visit.too_wide(360)
     assert size.endswith("wide where 360 is the screen:")
-    assert [box.split(">")[1] for box in boxes] == [" Wide"]
+    assert [box.split(">")[1] for box in boxes] == [" Wide", " Cut off"]
     visit.close()
 
 

@@ -34,15 +34,18 @@ _NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 _TOO_WIDE = """() => {
     const room = document.documentElement.clientWidth;
-    const kept = box => {
+    const scrolls = box => {
         for (let outer = box.parentElement; outer && outer !== document.body; outer = outer.parentElement)
-            if (getComputedStyle(outer).overflowX !== "visible") return true;
+            if (["auto", "scroll"].includes(getComputedStyle(outer).overflowX)) return true;
         return false;
     };
-    if (document.documentElement.scrollWidth <= room) return [];
+    const told = box => [...box.childNodes].some(child => child.nodeType === Node.TEXT_NODE && child.data.trim());
+    const seen = box => box.checkVisibility({visibilityProperty: true, opacityProperty: true});
     const wide = [...document.body.querySelectorAll("*")].filter(
-        box => box.getBoundingClientRect().right > room + 1 && !kept(box));
-    return [`${document.documentElement.scrollWidth} wide where ${room} is the screen:`, ...wide.slice(0, 8).map(
+        box => box.getBoundingClientRect().right > room + 1 && told(box) && seen(box) && !scrolls(box));
+    const page = document.documentElement.scrollWidth;
+    if (page <= room && !wide.length) return [];
+    return [`${page} wide where ${room} is the screen:`, ...wide.slice(0, 8).map(
         box => `<${box.tagName.toLowerCase()} class="${box.getAttribute("class")}"> ${box.textContent.slice(0, 50)}`)];
 }"""
 
@@ -101,7 +104,7 @@ class Visit:
         self.page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
     def too_wide(self, width: int) -> list[str]:
-        """Return what makes the page wider than a window of that width; nothing where it fits."""
+        """Return what a window of that width cuts off, or scrolls the whole page for; nothing where all fits."""
         self.resize(width)
         found: list[str] = self.page.evaluate(_TOO_WIDE)
         return found
