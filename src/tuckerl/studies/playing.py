@@ -185,9 +185,16 @@ def _weights_frame(learner: Learner) -> pl.DataFrame:
 
 def _paths_frame(paths: list[list[IntArray]]) -> pl.DataFrame:
     """Return the rows of paths by episode and agent, in the order of agents."""
-    frames = [
-        _frame("paths", agent=agent, episode=episode, step=np.arange(path.size), state=path)
+    rows = [
+        (agent, episode, path)
         for agent in range(len(paths[0]) if paths else 0)
         for episode, path in enumerate(by_agent[agent] for by_agent in paths)
     ]
-    return pl.concat(frames) if frames else pl.DataFrame(schema=ROWS["paths"])
+    sizes = [path.size for _, _, path in rows]
+    return _frame(
+        "paths",
+        agent=np.repeat([agent for agent, _, _ in rows], sizes),
+        episode=np.repeat([episode for _, episode, _ in rows], sizes),
+        step=np.concatenate([np.empty(0, np.int64), *map(np.arange, sizes)]),
+        state=np.concatenate([np.empty(0, np.int64), *(path for _, _, path in rows)]),
+    )
