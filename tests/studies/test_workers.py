@@ -9,6 +9,7 @@ import time
 from collections import deque
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar
@@ -84,6 +85,38 @@ def test_workers_that_do_not_start_are_said(study: Study, monkeypatch: pytest.Mo
         played_by(workers, study)
 
 
+def leave_a_child(folder: Path, connection: object) -> None:
+    """End at once, but not what was started."""
+    if child := os.fork():
+        (folder / "child").write_text(str(child))
+        os._exit(3)
+    time.sleep(20)
+    (folder / "ended").touch()
+    os._exit(0)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing forks there")
+def test_a_dead_worker_is_noticed_while_what_it_started_lives(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(worker_process, "_work", partial(leave_a_child, tmp_path))
+    monkeypatch.setattr(processes, "warm_up", lambda study: None)
+    playing = processes._Playing([], 1, study, tasks_of(all_runs(study)))
+    with pytest.raises(WorkerError):
+        list(playing.results())
+    os.kill(int((tmp_path / "child").read_text()), signal.SIGKILL)
+    assert not (tmp_path / "ended").exists()
+
+
+def test_a_worker_that_died_between_studies_stops_nobody(study: Study, told: type["Told"]) -> None:
+    told.seconds = dict.fromkeys((variant.name for variant in study.scenarios[0].variants), 0.1)
+    with Processes(2) as workers:
+        played_by(workers, study)
+        told.made[0].is_dead = True
+        (task, *_) = tasks_of(all_runs(study))
+        assert [one.run for piece in workers.play(study, [task]) for one in piece] == [task.run]
+
+
 def test_a_study_that_cannot_be_sent_is_said(study: Study) -> None:
     scenario = replace(
         study.scenarios[0], problem=lambda instance: sutton_maze(), variants=study.scenarios[0].variants[:1]
@@ -99,7 +132,7 @@ class Told:
     made: ClassVar[list["Told"]] = []
 
     def __init__(self) -> None:
-        self.connection, self.is_ready, self.is_ended = self, False, False
+        self.handles, self.is_ready, self.is_ended, self.is_dead = (self,), False, False, False
         self.given: deque[tuple[Any, ...]] = deque()
         self.said: list[list[str]] = []
         self.made.append(self)
@@ -111,7 +144,9 @@ class Told:
         self.given.append(piece)
         self.said.append([task.run.variant for task in piece])
 
-    def heard(self) -> list[Played]:
+    def heard(self) -> list[Played] | None:
+        if self.is_dead:
+            return None
         if not self.is_ready:
             self.is_ready = True
             return []

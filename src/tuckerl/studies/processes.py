@@ -108,8 +108,8 @@ class _Playing:
             worker.prepare(self._study)
 
     def _which_spoke(self) -> list[WorkerProcess]:
-        spoke = set(multiprocessing.connection.wait([worker.connection for worker in self._workers]))
-        return [worker for worker in self._workers if worker.connection in spoke]
+        ready = set(multiprocessing.connection.wait([one for worker in self._workers for one in worker.handles]))
+        return [worker for worker in self._workers if not ready.isdisjoint(worker.handles)]
 
     def _hand_out(self) -> None:
         ready = [worker for worker in self._workers if worker.is_ready]
@@ -153,10 +153,10 @@ class _Playing:
         self._workers.remove(worker)
         pieces, is_new = list(worker.given), not worker.is_ready
         worker.end()
-        if is_new and not any(other.is_ready for other in self._workers):
+        if is_new and not self._workers:
             raise WorkerError(_NONE_STARTS)
         if is_new:  # the others do its share
-            self._n -= 1
+            self._n = min(self._n, len(self._workers))
         for piece in pieces[1:]:
             self._waiting.extendleft(reversed(piece))
         if self._alone is not None and pieces:

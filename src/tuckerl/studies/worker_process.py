@@ -54,14 +54,14 @@ class WorkerProcess:
 
     Attributes
     ----------
-    connection : Connection
-        It can be read where the worker has said something, or has ended.
+    handles : tuple
+        For `multiprocessing.connection.wait`: one of them is ready where the worker has said something, or has ended.
     given : deque of tuples of Task
         What it was given and has not said anything of, the piece in front being in play.
     """
 
     def __init__(self) -> None:
-        self.connection, theirs = _CONTEXT.Pipe()
+        self._connection, theirs = _CONTEXT.Pipe()
         self.given = deque[tuple[Task, ...]]()
         self._n_studies = 0  # that it was sent and has not said anything of
         self._process = _CONTEXT.Process(target=_work, args=(theirs,))
@@ -71,6 +71,8 @@ class WorkerProcess:
             with _interrupts_ignored():
                 self._process.start()
         theirs.close()
+        # Its connection does not tell that it has ended as long as a process that it has started holds its end open.
+        self.handles = self._connection, self._process.sentinel
 
     @property
     def is_ready(self) -> bool:
@@ -80,19 +82,21 @@ class WorkerProcess:
     def prepare(self, study: bytes) -> None:
         """Send it the study that its tasks are of, pickled."""
         self._n_studies += 1
-        with suppress(OSError):  # it has ended, which its connection says
-            self.connection.send_bytes(study)
+        with suppress(OSError):  # it has ended, which its handles say
+            self._connection.send_bytes(study)
 
     def give(self, piece: tuple[Task, ...]) -> None:
         """Let it play a piece after all that it was given before."""
         self.given.append(piece)
         with suppress(OSError):
-            self.connection.send(piece)
+            self._connection.send(piece)
 
     def heard(self) -> list[Played] | None:
         """Return what came of the piece in front; nothing where it says that it is ready; None where it has ended."""
         try:
-            said: list[Played] = self.connection.recv()
+            if not self._connection.poll():
+                return None
+            said: list[Played] = self._connection.recv()
         except (EOFError, OSError):
             return None
         if self.is_ready:
@@ -103,7 +107,7 @@ class WorkerProcess:
 
     def end(self) -> None:
         """Let it end; what it plays is lost."""
-        self.connection.close()
+        self._connection.close()
         if self.given or not self.is_ready:
             self._process.kill()
         self._process.join(_SECONDS_TO_END)
