@@ -4,6 +4,8 @@ import http.client
 import json
 import re
 import signal
+import socket
+import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -106,6 +108,29 @@ def test_nothing_but_the_page_is_served(tmp_path: Path) -> None:
             assert fetched(server.port, host=host)[0] == 403
             assert fetched(server.port, "/version", host=host)[0] == 403
         assert fetched(server.port, host=f"localhost:{server.port}")[0] == 200
+
+
+def test_a_browser_that_goes_away_is_no_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page = tmp_path / "report.html"
+    page.write_text("x" * 20_000_000)
+    with WatchServer() as server:
+        server.show(page)
+        with socket.create_connection(("127.0.0.1", server.port)) as gone:
+            gone.sendall(f"GET / HTTP/1.0\r\nHost: 127.0.0.1:{server.port}\r\n\r\n".encode())
+            assert gone.recv(1)
+        until(lambda: not any("process_request" in thread.name for thread in threading.enumerate()))
+        assert fetched(server.port, "/version")[0] == 200
+    assert capsys.readouterr().err == ""
+
+
+def test_the_port_that_browsers_do_not_name_is_answered(tmp_path: Path) -> None:
+    page = tmp_path / "report.html"
+    page.write_text("</body>")
+    with WatchServer() as server:
+        server.show(page)
+        real, server.port = server.port, 80
+        assert fetched(real, host="127.0.0.1")[0] == 200
+        assert fetched(real, host="example.org")[0] == 403
 
 
 def test_a_comparison_is_watched_by_its_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,8 +3,10 @@
 import base64
 import hashlib
 import re
+import sys
 import threading
 from http import HTTPStatus
+from http.client import HTTP_PORT  # which browsers leave out of the name that they ask for
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,17 @@ _HEADERS = {
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
+
+
+class _Server(ThreadingHTTPServer):
+    """Answers each request in a thread, for which nobody waits."""
+
+    daemon_threads = True
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of a browser that has gone before it had its answer."""
+        if not isinstance(sys.exc_info()[1], ConnectionError):
+            super().handle_error(request, client_address)
 
 
 class WatchServer:
@@ -46,12 +59,11 @@ class WatchServer:
         check_int("port", port, 0, 65535)
         self._shown = b"", ""  # the page and its version, changed at once
         try:
-            self._server = ThreadingHTTPServer((_LOOPBACK, port), self._handler())
+            self._server = _Server((_LOOPBACK, port), self._handler())
         except OSError as error:
             raise OutputError(
                 f"cannot serve on port {port} of {_LOOPBACK}: {error.strerror}; leave --port out for a free one"
             ) from error
-        self._server.daemon_threads = True
         self.port: int = self._server.server_address[1]
         self._thread = threading.Thread(target=self._server.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True)
 
@@ -82,7 +94,7 @@ class WatchServer:
             server_version, sys_version = "tuckerl", ""
 
             def do_GET(self) -> None:  # the name that http.server calls
-                hosts = [f"{name}:{served.port}" for name in _NAMES]
+                hosts = _NAMES if served.port == HTTP_PORT else [f"{name}:{served.port}" for name in _NAMES]
                 if self.headers.get("Host") not in hosts:
                     self._answer(HTTPStatus.FORBIDDEN, f"ask for {served.address}".encode())
                 elif self.path == "/":
