@@ -164,6 +164,7 @@ def test_a_comparison_is_watched_by_its_request(tmp_path: Path, monkeypatch: pyt
     ("folder", "message"),
     [
         ("nowhere", "there is no folder nowhere: name that of a `study run`, a `reproduce` or a `compare`"),
+        ("study.toml", "study.toml is a file: name the folder that its study is run into, as `--out` gave it"),
         ("empty", "empty holds no study, as neither study.toml nor study.json is in it"),
         ("torn", "cannot read torn/study.json"),
         ("old", "written by an older or newer tuckerl, in format 1 and not 2"),
@@ -199,6 +200,7 @@ def test_other_folders_are_refused_in_one_sentence(
         Path(name).mkdir()
         if content is not None:
             (Path(name) / "study.json").write_text(content)
+    Path("study.toml").write_text(STUDY)
     Path("wrong/request.json").write_text(json.dumps(request))
     Path("other/request.json").write_text("{}")
     assert status_of("watch", folder) == 2

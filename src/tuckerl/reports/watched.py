@@ -81,6 +81,8 @@ def page_of(folder: Path, config_of: Callable[[Any], ComparisonConfig]) -> Write
 
 def _held(folder: Path) -> dict[str, Any]:
     """Return what a folder says of its study."""
+    if is_file(folder):
+        raise ParameterError(f"{folder} is a file: name the folder that its study is run into, as `--out` gave it")
     if not folder.is_dir():
         raise ParameterError(f"there is no folder {folder}: name that of a `study run`, a `reproduce` or a `compare`")
     if not is_file(folder / STUDY):
