@@ -28,6 +28,12 @@ def _study(folder: Path) -> Path:
     return folder / "study" / "report.html"
 
 
+def _tune(folder: Path) -> Path:
+    small = ("--trials", "2", "--batch", "2", "--rungs", "1,2", *_SMALL)
+    _run("tune", "tq-learning", "FrozenLake-v1", "--agents", "2", *small, "--out", str(folder))
+    return folder / "report.html"
+
+
 def _show(folder: Path) -> Path:
     tensor_step = ("--agents", "3", "--set", "every=5")
     _run("train", "dyna-ht", "tuckerl/DynaMaze-v0", "--episodes", "20", *tensor_step, "--out", str(folder))
@@ -35,7 +41,7 @@ def _show(folder: Path) -> Path:
     return folder / "page" / "inspect.html"
 
 
-SUBJECTS = {"reproduce": _reproduce, "compare": _compare, "study": _study, "show": _show}
+SUBJECTS = {"reproduce": _reproduce, "compare": _compare, "study": _study, "tune": _tune, "show": _show}
 
 
 def _run(*arguments: str) -> None:

@@ -18,6 +18,7 @@ _CONTROLS, _MAIN = 2.0, 3.0  # orders of drawing
 _WIDTH, _LETTER = 6.9, 0.068  # inches
 _LETTERS = 18  # of labels that a figure of this width has room for; it is widened for longer ones
 _LONGEST_LABEL = 60
+_LONGEST_BASE = 24  # beside the lower axis
 
 
 class Panels(NamedTuple):
@@ -83,7 +84,7 @@ def draw_panels(panels: Panels) -> Figure:
     look = styles[base]
     lower.axhline(0, color=look.colour, linewidth=look.width, zorder=_CONTROLS)
     upper.set_ylabel(panels.total)
-    lower.set_ylabel(panels.gain_on(base), parse_math=False)
+    lower.set_ylabel(panels.gain_on(_label(base, _LONGEST_BASE)), parse_math=False)
     lower.set_xlabel("episodes")
     lower.xaxis.set_major_locator(MaxNLocator(integer=True))
     for axes, lines in ((upper, panels.totals), (lower, panels.gains)):
@@ -93,10 +94,10 @@ def draw_panels(panels: Panels) -> Figure:
     return figure
 
 
-def _label(name: str) -> str:
-    """Return a variant's name as it stands beside its line: what is in the middle of a very long one is left out."""
-    half = _LONGEST_LABEL // 2
-    return name if len(name) <= _LONGEST_LABEL else f"{name[:half]} \N{HORIZONTAL ELLIPSIS} {name[-half:]}"
+def _label(name: str, longest: int = _LONGEST_LABEL) -> str:
+    """Return a variant's name as it stands in a figure: what is in the middle of a very long one is left out."""
+    half = longest // 2
+    return name if len(name) <= longest else f"{name[:half]} \N{HORIZONTAL ELLIPSIS} {name[-half:]}"
 
 
 def _draw_line(axes: Axes, episodes: IntArray, band: Band, look: LineStyle, place: int) -> None:

@@ -7,7 +7,7 @@ tuckerl.kinds.loadings = (place, content) => {
   const [rows, columns] = content.layout ?? [1, content.n_states];
   const strength = tuckerl.floats(content.strength); // (episodes, columns), 1 where a column is strongest
   const boards = content.columns.map((column, place_of) => {
-    const board = tuckerl.board([rows, columns], walls, content.colours, content.layout ? Math.min(14, 190 / columns) : 600 / columns);
+    const board = tuckerl.board([rows, columns], walls, content.colours, content.layout ? Math.min(48, 190 / columns) : 600 / columns);
     if (!content.layout) Object.assign(board.node.style, { aspectRatio: "auto", height: "1.4rem", width: "100%" });
     const words = element("span", { class: "small" });
     const loadings = tuckerl.floats(column.loadings);

@@ -5,6 +5,7 @@ tuckerl.plot = (() => {
   const MARGIN = { left: 74, right: 12, top: 12, bottom: 6 };
   const HEIGHT = 250;
   const AXIS = 44; // below the last panel
+  const LONGEST = 44; // letters beside a panel
   const MOST_BANDS = 12;
 
   /** Return a number as pages word it. */
@@ -91,6 +92,12 @@ tuckerl.plot = (() => {
     return element("svg", { width: 30, height: 12, "aria-hidden": "true", class: "swatch" }, line);
   }
 
+  /** Return words that fit beside a panel: what is in the middle of very long ones is left out, as in print. */
+  function shortened(words) {
+    const half = Math.floor(LONGEST / 2);
+    return words.length <= LONGEST ? words : `${words.slice(0, half)} \u2026 ${words.slice(-half)}`;
+  }
+
   function axes(panel, across, down, top, isLast, width, xLabel) {
     const parts = [];
     const bottom = top + HEIGHT;
@@ -107,7 +114,7 @@ tuckerl.plot = (() => {
     parts.push(element("line", { x1: MARGIN.left, x2: width - MARGIN.right, y1: bottom, y2: bottom, class: "axis" }));
     const middle = top + HEIGHT / 2;
     const turned = { x: 13, y: middle, "text-anchor": "middle", transform: `rotate(-90 13 ${middle})` };
-    parts.push(element("text", turned, panel.label));
+    parts.push(element("text", turned, shortened(panel.label)));
     if (isLast) parts.push(element("text", { x: (MARGIN.left + width) / 2, y: bottom + 36, "text-anchor": "middle" }, xLabel));
     return parts;
   }

@@ -27,7 +27,7 @@
   };
 
   /** Return a board of cells: `paint` colours them by their numbers, and what is drawn in `above` lies on them. */
-  tuckerl.board = ([rows, columns], walls, colours, widest = 30) => {
+  tuckerl.board = ([rows, columns], walls, colours, widest = Math.max(30, 320 / columns)) => {
     const canvas = element("canvas", { width: columns, height: rows });
     const above = element("svg", { viewBox: `0 0 ${columns} ${rows}`, preserveAspectRatio: "none" });
     const node = element("div", { class: "board", "aria-hidden": "true" }, canvas, above);
