@@ -83,7 +83,7 @@ def test_ctrl_c_keeps_what_is_finished(
         (["sarsa", "q-learning", *SMALL, "--set", "ranks=1,1,1,1"], "ranks belongs to the tensor step"),
         (
             ["sarsa", "q-learning", *SMALL, "--runs", "10000000"],
-            "ask for 20,000,000 runs; if that is meant, give --yes",
+            "these are 20,000,000 runs; if that is meant, give --yes",
         ),
         (["sarsa", "tq-learning", *SMALL, "--set", "ranks=1,1"], "ranks must be four whole numbers"),
         (["sarsa", "tq-learning", *SMALL, "--set", "share=most"], "unknown share 'most'"),

@@ -343,7 +343,7 @@ def _saved(name: str) -> Path:
     ("arguments", "message"),
     [
         ("evaluate none.tuckerl", "there is no file none.tuckerl"),
-        ("evaluate .", "cannot be read"),
+        ("evaluate .", "the folder . holds no agent.tuckerl: name one that `tuckerl train` made, or a file"),
         ("evaluate cut.tuckerl", "cut.tuckerl is truncated or damaged"),
         ("evaluate newer.tuckerl", "newer.tuckerl has format 99, and this version of tuckerl reads up to format 3"),
         ("evaluate text.tuckerl", "text.tuckerl is not a saved learner"),
@@ -355,7 +355,7 @@ def _saved(name: str) -> Path:
         ("evaluate cards.tuckerl --env Blackjak-v1", "unknown environment 'Blackjak-v1'"),
         ("evaluate pole.tuckerl", "was learned on a simulator, whose functions no file holds: pass load() its env, or"),
         ("show none.npy", "there is no file none.npy"),
-        ("show .", "cannot be read"),
+        ("show .", "the folder . holds no agent.tuckerl: name one that `tuckerl train` made, or a file"),
         ("show cut.tuckerl", "cut.tuckerl is truncated or damaged"),
         ("show text.tuckerl", "text.tuckerl is not a saved learner"),
         ("show whole.tuckerl --ranks 1,1,1,1", "ranks are for a tensor of Q-tables; whole.tuckerl is a saved agent"),

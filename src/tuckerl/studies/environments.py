@@ -68,7 +68,9 @@ def bins_named(environment: str, how: str = _BINS) -> Iterator[None]:
         if "bins" not in str(error):
             raise
         known = BINS_THAT_LEARN.get(environment)
-        reason = f"{environment} observes numbers, which tables need in bins" if known else str(error)
+        none_given = "give bins" in str(error)
+        short = f"{environment} observes numbers, which tables need in bins"
+        reason = short if known and none_given else str(error)
         written = shlex.quote(known or "20") if how == _BINS else known or "20"
         raise SpaceError(f"{reason}; {how.replace('{bins}', written)}") from error
 
