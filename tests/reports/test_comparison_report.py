@@ -142,17 +142,18 @@ def test_a_gain_beyond_the_control_is_said(better: ComparisonResult) -> None:
     words = outcome(better)
     assert words.startswith("tsarsa-lambda-2 does better than sarsa-lambda: mean return of an episode ")
     assert "does better than the control, constant-2-min" in words
-    assert words.endswith(
+    told = (
         "So what the control has too, the smaller learning rate and the sharing among its agents, does not explain all "
         "of the gain over the base."
     )
+    assert told in words
 
 
 def test_a_gain_that_the_control_has_too_is_said() -> None:
     base, candidate, _ = BETTER
     same = result(base, candidate, [-6.0, -5.0, -11.0])
     assert "neither better nor worse than the control" in outcome(same)
-    assert outcome(same).endswith("explains the gain over the base, as far as these runs can tell.")
+    assert "explains the gain over the base, as far as these runs can tell." in outcome(same)
     lessened = result(base, candidate, [-2.0, -3.0, -4.0])
     assert "does worse than the control" in outcome(lessened)
     assert outcome(lessened).endswith("with equal weights for all actions it is larger.")
@@ -165,7 +166,7 @@ def test_what_is_not_decided_is_said() -> None:
     assert words == words.strip()
     one = outcome(result([-10.0], [-12.0], [-10.0]))
     assert "over 1 pair; one pair has no interval." in one
-    assert one.endswith("There are too few pairs to compare it with the control, constant-2-min.")
+    assert "There are too few pairs to compare it with the control, constant-2-min." in one
 
 
 def test_a_loss_is_said() -> None:
