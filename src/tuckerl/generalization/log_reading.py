@@ -131,7 +131,9 @@ def write_changed(
         Which of them the C rows are.
     latest : (C, E) int64
         Room.
-    position, place, log, places, first
+    position, place, places : (S,) int64, (V,) int64, (E,) int64
+        As for `find_latest`.
+    log, first
         As for `find_latest`; the log is the agent's.
     """
     find_latest(latest, position, place, log, places, first)

@@ -115,7 +115,9 @@ def _compare(
 
     Parameters
     ----------
-    tools, X, sizes, ranks, numbers, squares, room, projected : arrays
+    tools, X : (T,) int64, (I_0 * ... * I_{N-1},) float64
+    sizes, ranks, numbers : (N,) int64, (N,) int64, (3,) float64
+    squares, room, projected : (N + 1, R) float64, (M,) float64, (P,) float64
         As for `work`.
     """
     energy, tol, fit = numbers[ENERGY], numbers[TOL], numbers[FIT]
@@ -143,7 +145,7 @@ def _fit(core: float, whole: float) -> float:
 
 @routine
 def _energy(values: FloatArray) -> float:
-    """Return the sum of the squares of numbers, (L,)."""
+    """Return the sum of the squares of `values`, (L,) float64."""
     total = 0.0
     for value in values:
         total += value * value
@@ -152,7 +154,7 @@ def _energy(values: FloatArray) -> float:
 
 @routine
 def _sum(values: FloatArray) -> float:
-    """Return the sum of numbers, (L,)."""
+    """Return the sum of `values`, (L,) float64."""
     total = 0.0
     for value in values:
         total += value
