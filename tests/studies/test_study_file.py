@@ -259,7 +259,7 @@ def test_the_number_of_runs_is_known_before_any_variant_is_made() -> None:
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match=re.escape(f"cannot read the study file {tmp_path}")):
+    with pytest.raises(ParameterError, match=re.escape(f"{tmp_path} is a folder: name a study file")):
         read_study_file(tmp_path)
     (tmp_path / "study.toml").write_bytes(b"title = '\xff'")
     with pytest.raises(ParameterError, match="must be text in UTF-8"):

@@ -306,7 +306,7 @@ def test_a_run_that_fails_ends_the_tuning_with_where_its_traceback_is(
         ({"n_episodes": 0}, "episodes must be"),
         ({"rungs": (2, 2)}, "rungs must be numbers of runs, each larger"),
         ({"rungs": (0, 2)}, "rungs must be a whole number of at least 1"),
-        ({"environment": "CartPole-v1", "keywords": {}}, "--set bins=20"),
+        ({"environment": "CartPole-v1", "keywords": {}}, "--set bins="),
     ],
 )
 def test_wrong_input_is_named_before_anything_is_played(changes: dict[str, Any], message: str) -> None:
