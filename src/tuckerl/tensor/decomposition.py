@@ -191,7 +191,7 @@ def tucker(X: ArrayLike, ranks: AskedRanks, tol: float = 1e-4, max_iterations: i
     >>> [factor.shape for factor in d.factors], round(d.fit, 3)
     ([(2, 1), (3, 2), (4, 2)], 0.884)
     >>> tucker(X, 0.99).ranks
-    (2, 1, 2)
+    (2, 2, 1)
     """
     tensor = _check_tensor(X)
     expected = f"{tensor.ndim} whole numbers, one for each mode of the tensor"
