@@ -4,7 +4,8 @@ import pytest
 
 from tests.reports.examples import claim, study_of, weights_claim
 from tuckerl.reports import text as wording
-from tuckerl.reports.report import commands, described, outcome, reading
+from tuckerl.reports.report import commands, outcome, reading
+from tuckerl.reports.variant_text import described
 from tuckerl.studies.cart_pole import CART_POLE
 from tuckerl.studies.dyna_maze import DYNA_MAZE
 from tuckerl.studies.scenarios import scenario_study

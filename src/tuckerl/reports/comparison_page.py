@@ -8,12 +8,8 @@ from tuckerl.reports.comparison_text import experience_of, outcome_of, regrets_o
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.page import write_page
-from tuckerl.reports.report import described
-from tuckerl.reports.text import ranks_of, share_of
 from tuckerl.studies.comparison import N_EPISODES, N_RUNS, ComparisonConfig
-from tuckerl.studies.comparison_result import VERDICTS, ComparisonResult
-from tuckerl.studies.study import Variant
-from tuckerl.studies.variants import algorithm_of
+from tuckerl.studies.comparison_result import ComparisonResult
 
 _CONSTANTS = ("true", "false", "none", "null")  # words that are read as something else
 
@@ -44,12 +40,8 @@ def write_comparison(result: ComparisonResult, folder: Path) -> Path:
         study=study,
         variants=list(zip(study.scenario.variants, result.estimates, strict=True)),
         regrets=regrets_of(result.regrets),
-        verdicts=VERDICTS,
         figures=figures,
         command=command(study.config),
-        described=described,
-        algorithm_of=algorithm_of,
-        settings=settings,
     )
 
 
@@ -80,17 +72,3 @@ def outcome(result: ComparisonResult) -> str:
     """Return the result in two or three sentences, with one on experience where that is not equal by itself."""
     experience = experience_of(result.compared, result.study.config.n_episodes)
     return f"{outcome_of(result.compared)} {experience}".rstrip()
-
-
-def settings(variant: Variant) -> str:
-    """Return the parameters that a variant was given."""
-    step = variant.tensor_step
-    words = [f"{name} {value}" for name, value in variant.parameters.items()] or [
-        "all parameters as they are by default"
-    ]
-    if step is not None:
-        words.append(
-            f"tensor step every {step.every} episodes with {ranks_of(step.ranks)}, weights {step.weights}, "
-            f"{share_of(step)}, floor {step.floor:g}"
-        )
-    return "; ".join(words)

@@ -19,6 +19,9 @@ from tuckerl.files import make_folder, write_whole
 from tuckerl.intervals import CONFIDENCE, N_RESAMPLES
 from tuckerl.reports import text
 from tuckerl.reports.figure import RenderedFigure
+from tuckerl.reports.variant_text import described, settings
+from tuckerl.studies.comparison_result import VERDICTS
+from tuckerl.studies.variants import algorithm_of
 
 _LIBRARIES = ("numpy", "scipy", "numba", "polars", "matplotlib", "gymnasium", "pettingzoo", "optuna")
 _SCRIPTS = Path(__file__).parent / "scripts"
@@ -95,6 +98,10 @@ def _environment() -> Environment:
         "confidence": round(100 * CONFIDENCE),
         "resamples": N_RESAMPLES,
         "versions": versions(),
+        "verdicts": VERDICTS,
+        "algorithm_of": algorithm_of,
+        "described": described,
+        "settings": settings,
     }
     return environment
 

@@ -17,7 +17,7 @@ from tuckerl.studies.claims import IS_IT_THE_TENSOR, Claim
 from tuckerl.studies.scenarios import SCENARIOS, scenario_study
 from tuckerl.studies.sensitivity import Sensitivity
 from tuckerl.studies.statistics import Difference
-from tuckerl.studies.study import Comparison, Scenario, Study, Variant
+from tuckerl.studies.study import Comparison, Scenario, Study
 from tuckerl.studies.summary import Summary
 
 _NO_CELLS = Sensitivity()
@@ -73,7 +73,6 @@ def write_report(
         sensitivity_figures=of_cells,
         seed=study.seed,
         commands=commands(study, with_cells=bool(sensitivity.cells)),
-        described=described,
         settings=_settings,
         what_works=what_works,
         without_the_step=without_the_step,
@@ -228,19 +227,3 @@ def assumed(study: Study) -> list[tuple[Assumption, str]]:
     n = len(study.scenarios)
     ordered = sorted(homes.items(), key=lambda item: len(item[1]) < n)
     return [(one, "all" if len(titles) == n > 1 else ", ".join(titles)) for one, titles in ordered]
-
-
-def described(variant: Variant) -> str:
-    """Return what a variant is."""
-    step = variant.tensor_step
-    if step is None:
-        return "without the tensor step"
-    weights = {
-        "paper": "tensor step as printed",
-        "constant": "control: constant weights",
-        "permuted": "control: permuted weights",
-    }.get(str(step.weights), f"weights: {step.weights if isinstance(step.weights, str) else 'own function'}")
-    share = step.share if isinstance(step.share, str) else "own function"
-    if variant.n_agents == 1:
-        return weights
-    return f"{weights}; {'no sharing' if share == 'none' else f'share: {share}'}"

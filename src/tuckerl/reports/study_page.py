@@ -4,19 +4,16 @@ import shlex
 from collections import Counter
 from pathlib import Path
 
-from tuckerl.reports.comparison_page import settings
 from tuckerl.reports.comparison_text import outcome_in_study
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.page import write_page
-from tuckerl.reports.report import described
 from tuckerl.reports.text import counted, joined
 from tuckerl.studies.comparison_result import VERDICTS
 from tuckerl.studies.study import Study
 from tuckerl.studies.study_file import StudyFile
 from tuckerl.studies.study_folder import FILE, StudyStatus
 from tuckerl.studies.study_result import ProblemResult
-from tuckerl.studies.variants import algorithm_of
 
 MOST_SENTENCES = 12
 """Comparisons of a problem that are put in words, too: of more, a table tells quicker."""
@@ -54,13 +51,9 @@ def write_study(file: StudyFile, study: Study, results: list[ProblemResult], sta
         seed=study.seed,
         text=file.text,
         file=FILE,
-        verdicts=VERDICTS,
         commands=[shlex.join(["tuckerl", "study", "run", FILE])],
-        algorithm_of=algorithm_of,
-        described=described,
         outcome_in_study=outcome_in_study,
         most_sentences=MOST_SENTENCES,
-        settings=settings,
         zip=zip,
     )
 

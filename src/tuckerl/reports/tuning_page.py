@@ -4,17 +4,14 @@ import math
 import shlex
 from pathlib import Path
 
-from tuckerl.reports.comparison_page import literal, settings
+from tuckerl.reports.comparison_page import literal
 from tuckerl.reports.comparison_text import outcome_of
 from tuckerl.reports.figure import draw_figures
 from tuckerl.reports.figures import FIGURES
 from tuckerl.reports.page import write_page
-from tuckerl.reports.report import described
-from tuckerl.studies.comparison_result import VERDICTS
 from tuckerl.studies.search_space import Range
 from tuckerl.studies.tuning import Search, Trial, TuningConfig
 from tuckerl.studies.tuning_folder import TuningResult, in_words_of_search
-from tuckerl.studies.variants import algorithm_of
 
 
 def write_tuning(result: TuningResult, folder: Path) -> Path:
@@ -44,14 +41,10 @@ def write_tuning(result: TuningResult, folder: Path) -> Path:
         compared=result.compared,
         config=result.config,
         variants=list(zip(result.test.scenario.variants, result.test.estimates, strict=True)),
-        verdicts=VERDICTS,
         figures=figures,
         command=command(result.config),
         ranked=ranked,
         told=in_words_of_search,
-        described=described,
-        algorithm_of=algorithm_of,
-        settings=settings,
         isnan=math.isnan,
     )
 
