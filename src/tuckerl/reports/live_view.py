@@ -13,7 +13,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from tuckerl.reports.text import counted, measured
+from tuckerl.reports.text import counted, plus_minus
 from tuckerl.studies.run_progress import RunProgress, VariantProgress
 
 SECONDS_BETWEEN_LINES = 30.0
@@ -137,9 +137,7 @@ def _best(runs: RunProgress, variants: list[VariantProgress], most: int) -> list
 
 
 def _mean(one: VariantProgress) -> str:
-    if not one.n_runs:
-        return ""
-    return measured(one.mean) + ("" if math.isnan(one.half_width) else f" ± {one.half_width:.2g}")
+    return plus_minus(one.mean, one.half_width) if one.n_runs else ""
 
 
 def _rate(a_second: float) -> str:

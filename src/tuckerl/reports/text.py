@@ -61,6 +61,13 @@ def measured(value: float) -> str:
     return "0" if value == 0 else _minus(f"{value:,.{decimals}f}" if size >= 0.01 else f"{value:.2e}")
 
 
+def plus_minus(value: float, half_width: float) -> str:
+    """Return "1,234 ± 56", without the second where it is not known."""
+    if math.isnan(half_width):
+        return measured(value)
+    return f"{measured(value)} ± {half_width:{',.0f' if half_width >= 10 else '.2g'}}"
+
+
 def measured_interval(low: float, high: float, column: str = "") -> str:
     """Return "[1.50, 2.00]", of a sum of steps "[1, 2]", or nothing where there is no interval."""
     return "" if math.isnan(low) or math.isnan(high) else f"[{total(low, column)}, {total(high, column)}]"
