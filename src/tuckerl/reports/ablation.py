@@ -7,14 +7,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from tuckerl.reports.figure import FigureSpec
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.styles import BLUE, GREEN, VERMILLION, write
 from tuckerl.reports.text import amount, amount_interval, counted, tick
 from tuckerl.studies.ablation import Ablation, AblationStep
 from tuckerl.studies.figure_text import FigureText
 from tuckerl.studies.statistics import MEASURES
 
-_ROW = 0.27  # inches
+_ROW, _ABOVE_AND_BELOW = 0.27, 0.69  # inches
 
 
 class Mark(NamedTuple):
@@ -30,9 +30,8 @@ CHAIN, SHARING, SLOW = Mark(BLUE, "o"), Mark(VERMILLION, "s"), Mark(GREEN, "D")
 def draw_ablation(ablation: Ablation) -> Figure:
     """Draw the difference of every step's variant to the base, the base's own place being the line at 0."""
     n = len(ablation.steps)
-    height = _ROW * n + 0.45 + 0.24  # inches: rows, what stands below and above them
-    figure = Figure(figsize=(6.9, height))
-    axes = figure.add_axes((0.31, 0.45 / height, 0.53, _ROW * n / height))
+    figure = Figure(figsize=(WIDTH, _ROW * n + _ABOVE_AND_BELOW), layout="constrained")
+    axes = figure.subplots()
     axes.set_ylim(n - 0.5, -0.5)
     axes.axvline(0, color="0.3", linewidth=1, zorder=1)
     for place, one in enumerate(ablation.steps):

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import matplotlib as mpl
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tuckerl.studies.figure_text import FigureText
@@ -120,18 +119,6 @@ def lay_out(figure: Figure) -> None:
     if engine is not None:
         engine.execute(figure)
         figure.set_layout_engine("none")
-
-
-def panel(figure: Figure, left: float, below: float, width: float, height: float) -> Axes:
-    """Return new axes of a figure, their place and size in inches."""
-    across, down = figure.get_size_inches()
-    return figure.add_axes((left / across, below / down, width / across, height / down))
-
-
-def panel_figure(left: float, below: float, width: float, height: float, above: float) -> tuple[Figure, Axes]:
-    """Return a figure as wide as a text with one panel, all in inches."""
-    figure = Figure(figsize=(WIDTH, height + below + above))
-    return figure, panel(figure, left, below, width, height)
 
 
 def own_style() -> AbstractContextManager[None]:

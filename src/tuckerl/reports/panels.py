@@ -65,11 +65,8 @@ class Panels(NamedTuple):
 def draw_panels(panels: Panels) -> Figure:
     """Draw both panels, with 95 % bands."""
     width = _WIDTH + _LETTER * max(0, max(len(_label(curve.variant)) for curve in panels.curves) - _LETTERS)
-    left, right = (place * _WIDTH / width for place in (0.115, 0.78))
-    figure = Figure(figsize=(width, 6.0))
-    upper, lower = figure.subplots(
-        2, sharex=True, gridspec_kw={"left": left, "right": right, "top": 0.985, "bottom": 0.07, "hspace": 0.09}
-    )
+    figure = Figure(figsize=(width, 6.0), layout="constrained")
+    upper, lower = figure.subplots(2, sharex=True)
     styles, base = panels.styles, panels.curves[0].variant
     gains = {name: band for name, band in panels.gains.items() if name != base}
     for axes, lines in ((upper, panels.totals), (lower, gains)):

@@ -4,11 +4,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from tuckerl.checks import shown
 from tuckerl.errors import ProblemError
 from tuckerl.problems.maze import Cell, Maze
-from tuckerl.reports.figure import Columns, FigureSpec, Live
+from tuckerl.reports.figure import WIDTH, Columns, FigureSpec, Live
 from tuckerl.reports.lines import looks_of
 from tuckerl.reports.styles import BLACK, GREEN, LineStyle, line_styles
 from tuckerl.reports.text import counted, joined
@@ -17,20 +18,17 @@ from tuckerl.studies.summary import Path, Summary
 
 _WALL = "0.7"
 _SHORTEST = LineStyle(GREEN, "solid", "", 1.6)
+_BESIDE, _ABOVE_AND_BELOW = 0.6, 1.2  # inches of what is no maze
 
 
 def draw_paths(summary: Summary) -> Figure:
     """Draw each variant's shortest episode beside the shortest possible path."""
     maze = first_maze(summary)
     styles = line_styles(summary.scenario)
-    figure = Figure(figsize=(7.4, 2.75))
-    panels = figure.subplots(
-        1,
-        len(summary.paths) + 1,
-        sharey=True,
-        squeeze=False,
-        gridspec_kw={"left": 0.06, "right": 0.995, "top": 0.84, "bottom": 0.19, "wspace": 0.07},
-    )[0]
+    n_panels = len(summary.paths) + 1
+    height = (WIDTH - _BESIDE) / n_panels * maze.rows / maze.columns + _ABOVE_AND_BELOW
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    panels = figure.subplots(1, n_panels, sharey=True, squeeze=False)[0]
     for axes, path in zip(panels, summary.paths, strict=False):
         cells = [maze.cell(state) for state in path.states]
         _draw_panel(axes, maze, cells, styles[path.variant])
@@ -39,9 +37,7 @@ def draw_paths(summary: Summary) -> Figure:
     _draw_panel(panels[-1], maze, shortest, _SHORTEST)
     _title(panels[-1], "shortest possible", f"{len(shortest) - 1} steps")
     panels[0].set_ylabel("row", labelpad=1)
-    figure.legend(
-        *panels[-1].get_legend_handles_labels(), loc="lower center", ncols=2, frameon=False, bbox_to_anchor=(0.5, -0.02)
-    )
+    figure.legend(*panels[-1].get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
     return figure
 
 
@@ -87,6 +83,8 @@ def _draw_panel(axes: Axes, maze: Maze, cells: list[Cell], look: LineStyle) -> N
     axes.set_xlim(-0.5, maze.columns - 0.5)
     axes.set_ylim(maze.rows - 0.5, -0.5)  # row 0 is at the top
     axes.set_aspect("equal")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(4, integer=True))
     axes.set_xlabel("column", labelpad=1)
     axes.spines[:].set_visible(True)
 

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FuncFormatter
 
-from tuckerl.reports.figure import FigureSpec
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.styles import BLACK
 from tuckerl.reports.text import amount, signed, tick
 from tuckerl.studies.figure_text import FigureText
@@ -28,7 +28,7 @@ LIMITS = (0.04, 0.16, 0.36, 1.0)  # of the colour scale: the first that nine ten
 
 VERDICT_MARKERS = {"holds": "^", "does not hold": "v", "not decided": "o"}
 _EMPTY: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.75", "hatch": "////"}  # the look of a cell without one
-_ROW, _HEADER = 0.4, 1.16  # inches
+_ROW, _HEADER, _BELOW = 0.4, 1.16, 0.9  # inches
 _LETTERS = 8.5  # points: 8 when the page is printed on A4, which is a little narrower than the figure
 
 
@@ -37,19 +37,15 @@ def draw_sensitivity(sensitivity: Sensitivity) -> Figure:
     cells = sensitivity.cells
     groups = {name: [c for c in cells if c.scenario == name] for name in dict.fromkeys(c.scenario for c in cells)}
     rows = [len({cell.claim.id for cell in group}) for group in groups.values()]
-    height = sum(rows) * _ROW + len(groups) * _HEADER + 0.9
-    figure = Figure(figsize=(7.4, height))
+    figure = Figure(figsize=(WIDTH, sum(rows) * _ROW + len(groups) * _HEADER + _BELOW), layout="constrained")
     limit = _limit(cells)
     norm = FuncNorm((_root, _square), -limit, limit)  # effects of a percent and of a hundred are both to be seen
-    columns = max(len({cell.alternative for cell in group}) for group in groups.values())
-    top = height
-    for group, n_rows in zip(groups.values(), rows, strict=True):
-        top -= _HEADER + n_rows * _ROW
-        n_columns = len({cell.alternative for cell in group})
-        width = 0.82 * n_columns / columns
-        axes = figure.add_axes((0.06, top / height, width, n_rows * _ROW / height))
+    most = max(len({cell.alternative for cell in group}) for group in groups.values())
+    panels = figure.subplots(len(rows), height_ratios=rows, squeeze=False)[:, 0].tolist()
+    for axes, group in zip(panels, groups.values(), strict=True):
         _draw_panel(axes, sensitivity, group, norm)
-    _draw_keys(figure, norm, with_empty=any(math.isnan(cell.claim.difference.mean) for cell in cells))
+        axes.set_xlim(-0.5, most - 0.5)  # cells of all panels are alike
+    _draw_keys(figure, panels, norm, with_empty=any(math.isnan(cell.claim.difference.mean) for cell in cells))
     return figure
 
 
@@ -75,7 +71,6 @@ def _square(values: FloatArray) -> FloatArray:
 def _draw_panel(axes: Axes, sensitivity: Sensitivity, cells: Sequence[Cell], norm: Normalize) -> None:
     claims = list(dict.fromkeys(cell.claim.id for cell in cells))
     alternatives = list(dict.fromkeys(cell.alternative for cell in cells))
-    axes.set_xlim(-0.5, len(alternatives) - 0.5)
     axes.set_ylim(len(claims) - 0.5, -0.5)
     for cell in cells:
         x, y = alternatives.index(cell.alternative), claims.index(cell.claim.id)
@@ -92,10 +87,7 @@ def _draw_panel(axes: Axes, sensitivity: Sensitivity, cells: Sequence[Cell], nor
     axes.tick_params(length=0)
     axes.tick_params(axis="x", pad=2)
     axes.spines[:].set_visible(False)
-    above = (-0.35 * 72, (_HEADER - 0.3) * 72)  # points
-    axes.annotate(
-        cells[0].scenario, (0, 1), above, xycoords="axes fraction", textcoords="offset points", fontweight="bold"
-    )
+    axes.set_title(cells[0].scenario, loc="left", fontweight="bold")
 
 
 def _draw_cell(axes: Axes, cell: Cell, place: tuple[int, int], norm: Normalize) -> None:
@@ -121,10 +113,9 @@ def cell_words(cell: Cell) -> str:
     return f"{signed(100 * difference.mean)} %" if difference.relative else amount(difference)
 
 
-def _draw_keys(figure: Figure, norm: Normalize, *, with_empty: bool) -> None:
-    height = figure.get_size_inches()[1]
-    bar_axes = figure.add_axes((0.06, 0.45 / height, 0.27, 0.12 / height))
-    bar = figure.colorbar(ScalarMappable(norm, COLOURS), cax=bar_axes, orientation="horizontal", extend="both")
+def _draw_keys(figure: Figure, panels: list[Axes], norm: Normalize, *, with_empty: bool) -> None:
+    place: dict[str, Any] = {"location": "bottom", "anchor": (0.0, 0.0), "shrink": 0.4, "aspect": 22}
+    bar = figure.colorbar(ScalarMappable(norm, COLOURS), ax=panels, extend="both", **place)
     bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: tick(round(100 * value))))
     limit = float(norm.vmax or 1.0)
     bar.set_ticks([-limit, -limit / 4, 0, limit / 4, limit])
@@ -137,9 +128,7 @@ def _draw_keys(figure: Figure, norm: Normalize, *, with_empty: bool) -> None:
     keys.append(Patch(facecolor="white", edgecolor=BLACK, linewidth=2, label=f"verdict other than {DEFAULT}"))
     if with_empty:
         keys.append(Patch(**_EMPTY, label="no pair left"))
-    figure.legend(
-        handles=keys, loc="lower left", bbox_to_anchor=(0.37, 0.06 / height), ncols=3, frameon=False, handletextpad=0.5
-    )
+    figure.legend(handles=keys, loc="outside lower left", ncols=len(keys), frameon=False, handletextpad=0.5)
 
 
 def _caption(sensitivity: Sensitivity) -> str:

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tuckerl.reports.figure import WIDTH, FigureSpec, panel
+from tuckerl.reports.figure import WIDTH, FigureSpec
 from tuckerl.reports.inspect.content import Inspection
 from tuckerl.reports.styles import BLUE
 from tuckerl.reports.text import counted, number
@@ -31,15 +31,11 @@ def running_mean(values: FloatArray, window: int) -> FloatArray:
 
 def draw_curve(inspection: Inspection) -> Figure:
     """Draw steps and returns beside one another."""
-    height = 2.7
-    figure = Figure(figsize=(WIDTH, height))
-    panels = ((inspection.steps.astype(np.float64), "steps"), (inspection.returns, "return (undiscounted)"))
-    for place, (values, label) in enumerate(panels):
-        _draw_panel(panel(figure, 0.62 + 3.6 * place, 0.46, 2.82, height - 1.0), values, label)
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc="upper left", bbox_to_anchor=(0.55 / WIDTH, 1.0), ncols=3, frameon=False, borderpad=0.2
-    )
+    figure = Figure(figsize=(WIDTH, 2.7), layout="constrained")
+    steps, returns = figure.subplots(1, 2)
+    _draw_panel(steps, inspection.steps.astype(np.float64), "steps")
+    _draw_panel(returns, inspection.returns, "return (undiscounted)")
+    figure.legend(*steps.get_legend_handles_labels(), loc="outside upper left", ncols=3, frameon=False)
     return figure
 
 
