@@ -1,4 +1,4 @@
-/* Postponed updates as the loops in C with cut and with dutch traces have them: see the compiled kernels of tuckerl. */
+/* Postponed updates as loops in C with traces have them: see the compiled kernels of tuckerl. */
 
 #include "choices.h"
 
@@ -53,4 +53,18 @@ static inline void spread(Traces *e, double *q, int64_t A, double alpha, double 
     e->sum += delta * e->product;
     e->product *= decay;
     if (e->product < 1e-4) flush(e, q, A, alpha, e->product);
+}
+
+/* A step of Q(lambda) with replacing traces, from the state s by the action a: return the next state. */
+static inline int64_t learn_step(Traces *e, double *q, const uint32_t *next_state, const double *reward, int64_t A,
+                                 int64_t s, int64_t a, double alpha, double gamma, double lambda) {
+    int64_t next = next_state[s * A + a];
+    sync_row(e, q, A, alpha, next);
+    double delta = reward[s * A + a] + gamma * row_max(q + next * A, A) - q[s * A + a];
+    activate(e, s);
+    double missed = e->sum - e->synced[s], before = e->constant[s * A + a], after = 1.0 / e->product;
+    e->constant[s * A + a] = after;
+    q[s * A + a] += alpha * ((before - after) * missed);
+    spread(e, q, A, alpha, delta, gamma * lambda);
+    return next;
 }

@@ -10,15 +10,8 @@ void postponed(const uint32_t *next_state, const double *reward, int64_t S, int6
     for (int64_t episode = 0; episode < n_episodes; episode++) {
         int64_t s = 0, a = epsilon_greedy(q, A, epsilon, rng);
         for (int64_t t = 0; t < max_steps; t++) {
-            int64_t next = next_state[s * A + a];
+            int64_t next = learn_step(&e, q, next_state, reward, A, s, a, alpha, gamma, lambda);
             double *row = q + next * A;
-            sync_row(&e, q, A, alpha, next);
-            double delta = reward[s * A + a] + gamma * row_max(row, A) - q[s * A + a];
-            activate(&e, s);
-            double missed = e.sum - e.synced[s], before = e.constant[s * A + a], after = 1.0 / e.product;
-            e.constant[s * A + a] = after;
-            q[s * A + a] += alpha * ((before - after) * missed);
-            spread(&e, q, A, alpha, delta, gamma * lambda);
             if (t + 1 == max_steps) break;
             sync_row(&e, q, A, alpha, next);
             if (uniform(rng) < epsilon) {
