@@ -22,13 +22,13 @@ def test_there_is_a_panel_for_each_scenario_and_a_row_for_each_claim() -> None:
         "never run",
     ]
     assert [label.get_text() for label in cart_pole.get_yticklabels()] == ["C1"]
-    assert maze.texts[-1].get_text() == "DYNA maze"
+    assert maze.get_title("left") == "DYNA maze"
 
 
 def test_every_cell_has_its_number_and_its_verdicts_sign() -> None:
     cells = tuple(cell for cell in sensitivity_of().cells if cell.scenario == "DYNA maze")
     maze = draw_sensitivity(Sensitivity(cells)).axes[0]
-    words = [(round(text.get_position()[0]), text.get_text()) for text in maze.texts[:-1]]
+    words = [(round(text.get_position()[0]), text.get_text()) for text in maze.texts]
     assert words == [
         *((0, "+10 %"), (0, "+1.0 %")),
         *((1, f"{MINUS}40 %"), (1, f"{MINUS}1.0 %")),
