@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 .DEFAULT_GOAL := help
-.PHONY: help setup reproduce test test-long mutants check format bench guard docs lock clean
+.PHONY: help setup reproduce test test-slow test-long mutants check format bench guard docs lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -20,8 +20,11 @@ setup: .venv/.complete ## make .venv/ from the locked versions, the package edit
 reproduce: setup ## run the paper's experiments and write results/paper
 	$(BIN)/tuckerl reproduce --overwrite
 
-test: setup ## run all tests but the long ones
+test: setup ## run the everyday tests
 	$(BIN)/python -m pytest -n auto --dist loadgroup
+
+test-slow: setup ## run the tests that take seconds each; CI runs them too
+	$(BIN)/python -m pytest -n auto --dist loadgroup -m "slow and not long"
 
 test-long: setup ## run the tests that take minutes: fuzzers in their large form
 	$(BIN)/python -m pytest -n auto -m long

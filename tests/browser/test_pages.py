@@ -7,7 +7,7 @@ import pytest
 from tests.browser.subjects import SUBJECTS
 from tests.browser.visit import SCHEMES, WIDTHS, Scheme, Visit
 
-pytestmark = pytest.mark.compiled
+pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 
 Kept = Callable[[str, Scheme], Visit]
 Written = Callable[[str], str]

@@ -13,6 +13,8 @@ from tuckerl.reports.report import write_report
 from tuckerl.studies.summary import Path as Walked
 from tuckerl.studies.summary import summarise
 
+pytestmark = pytest.mark.slow
+
 EVIL = "<b>dyna-h</b>"
 
 

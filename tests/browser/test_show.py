@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 from tests.browser.visit import VisitMaker
 from tuckerl.reports.inspect import inspect_tensor, write_inspection
 
-pytestmark = pytest.mark.compiled
+pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 
 NAMES = ("<b>up</b>", "down & out", "stay")
 

@@ -9,6 +9,8 @@ from playwright.sync_api import Browser
 from tests.browser.visit import SCHEMES, Scheme, Visit, must_have_a_browser, served
 from tuckerl.learners import LEARNERS
 
+pytestmark = pytest.mark.slow
+
 DOCS = Path(__file__).parents[2] / "docs"
 BUILT = DOCS / "_build"
 OF_EACH_KIND = ("index", "faq", "algorithms/q-learning", "reference/solving")  # short ones: axe takes its time

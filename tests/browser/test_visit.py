@@ -7,6 +7,8 @@ from playwright.sync_api import Browser
 
 from tests.browser.visit import Visit, VisitMaker, served
 
+pytestmark = pytest.mark.slow
+
 BAD = """<!doctype html><html lang="en"><title>Bad</title><body><main><h1>Bad</h1>
 <style>@media (prefers-color-scheme: dark) { body { background: #111; color: #222 } }</style>
 <p style="width: 700px">Wide</p><div style="overflow: auto"><p style="width: 2000px">Wide, and kept</p></div>

@@ -10,6 +10,8 @@ import pytest
 
 from tests.calls.fuzz_calls import OWN, REFUSED, WORKED, drawn, try_calls
 
+pytestmark = pytest.mark.slow
+
 FIRST, COUNT = (int(os.environ.get(f"TUCKERL_FUZZ_{name}", value)) for name, value in (("FIRST", 0), ("CALLS", 10_000)))
 
 

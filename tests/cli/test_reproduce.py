@@ -23,6 +23,7 @@ def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_small_study_from_the_command_line(tmp_path: Path) -> None:
     done = run("reproduce", "dyna-maze", "--quick", "--runs", "2", "--episodes", "20", "--workers", "2", cwd=tmp_path)
@@ -104,6 +105,7 @@ def test_the_package_is_the_command_and_can_be_imported(
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.slow
 @pytest.mark.compiled  # it waits for the first of the paper's runs
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="signals reach process groups on POSIX only")
 def test_ctrl_c_keeps_what_is_finished(tmp_path: Path) -> None:

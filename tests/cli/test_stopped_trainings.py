@@ -7,7 +7,10 @@ import pytest
 
 from tests.cli.stopped_trainings import interrupt, kill, stopped_again_and_again
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform == "win32", reason="Windows has other signals"),
+]
 
 
 def test_killed_trainings_go_on_to_the_same_bits(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdin", io.StringIO())
 
 
+@pytest.mark.slow
 def test_a_study_from_its_file_to_its_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert status_of("study", "status", "lake.toml") == 0
     assert capsys.readouterr().out.splitlines()[0] == "lake\tbase\t0 of 3\t0\t\N{EN DASH}"

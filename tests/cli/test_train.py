@@ -39,6 +39,7 @@ def _calm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     Mood.left, Mood.act = -1, None
 
 
+@pytest.mark.slow
 def test_an_agent_is_trained_evaluated_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert status_of(*LAKE, "--episodes", "40", "--out", "lake") == 0
     out, err = capsys.readouterr()
@@ -396,6 +397,7 @@ def test_a_simulator_is_evaluated_by_its_environment() -> None:
     assert status_of("evaluate", "pole.tuckerl", "--env", "tuckerl/CartPole-v0", "--episodes", "2") == 0
 
 
+@pytest.mark.slow
 def test_tensors_are_shown(capsys: pytest.CaptureFixture[str]) -> None:
     X = np.zeros((6, 2, 3, 2))
     X[1:] = np.random.default_rng(0).normal(size=(5, 2, 3, 2))

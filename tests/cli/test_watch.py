@@ -133,6 +133,7 @@ def test_the_port_that_browsers_do_not_name_is_answered(tmp_path: Path) -> None:
         assert fetched(real, host="example.org")[0] == 403
 
 
+@pytest.mark.slow
 def test_a_comparison_is_watched_by_its_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     small = [part for key, value in SMALL.items() for part in ("--env-set", f"{key}={value}")]

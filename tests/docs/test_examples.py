@@ -142,6 +142,7 @@ def named(path: Path) -> str:
     return path.relative_to(ROOT).as_posix()
 
 
+@pytest.mark.slow
 @pytest.mark.compiled  # pages learn as long as users do
 @pytest.mark.parametrize("page", pages(), ids=named)
 def test_every_example_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -149,6 +150,7 @@ def test_every_example_of_a_page_runs(page: Path, tmp_path: Path, monkeypatch: p
     run_page(page.read_text("utf-8"), page)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled  # as above
 @pytest.mark.parametrize("notebook", sources("ipynb"), ids=named)
 def test_every_cell_of_a_notebook_runs(notebook: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,8 @@ import json
 import pytest
 from docs.pictures import layers, sharing
 
+pytestmark = pytest.mark.slow
+
 SETTINGS = json.loads(sharing.SETTINGS.read_text("utf-8"))
 RESULTS = json.loads(sharing.RESULTS.read_text("utf-8"))
 

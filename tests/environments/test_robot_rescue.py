@@ -82,6 +82,7 @@ def small_maps(draw: st.DrawFn) -> str:
     return "\n".join("".join(marks.get((row, column), ".") for column in range(columns)) for row in range(rows))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(small_maps().filter(lambda text: all(text.count(mark) == 1 for mark in "TAB") and "H" in text))
 def test_random_worlds_follow_the_rules(text: str) -> None:

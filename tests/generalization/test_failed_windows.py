@@ -65,6 +65,7 @@ def test_nothing_is_shared(monkeypatch: pytest.MonkeyPatch) -> None:
     assert made.loadings is None
 
 
+@pytest.mark.slow
 def test_files_and_pages_tell_of_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     fail_at(monkeypatch, 1)
     made = learner()

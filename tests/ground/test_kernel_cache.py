@@ -9,6 +9,8 @@ import pytest
 
 from tuckerl import _kernel_cache
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:

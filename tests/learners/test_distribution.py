@@ -9,6 +9,8 @@ from scipy.stats import ks_2samp
 from tests.learners.worlds import dyna_twin, random_maze, random_mdp, sarsa_lambda_twin, sarsa_twin, team_twin, twin
 from tuckerl import DynaH, QLearning, Sarsa, SarsaLambda, TeamQ
 
+pytestmark = pytest.mark.slow
+
 RUNS, EPISODES = 150, 6
 MAZE = random_maze(3, 4, 4).to_mdp(max_episode_steps=500)
 

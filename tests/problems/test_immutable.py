@@ -110,6 +110,7 @@ def test_no_array_changes(kind: str, through: str) -> None:
         again.n_actions = 50
 
 
+@pytest.mark.slow
 def test_learners_play_what_was_copied() -> None:
     for kind in ("table", "simulator", "user's own"):
         made: Any = MADE[kind]()

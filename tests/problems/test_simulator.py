@@ -373,6 +373,7 @@ print(hits, own.reset.cache_hits, own.step.cache_hits, own.index.cache_hits)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_second_process_compiles_only_users_functions(tmp_path: Path) -> None:
     script = tmp_path / "script.py"

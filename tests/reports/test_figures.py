@@ -142,6 +142,7 @@ def test_omega_shows_each_action_of_the_pictured_variants_and_the_control() -> N
         assert texts == ["down", "right", "up", "constant", "left"]
 
 
+@pytest.mark.slow
 def test_files_are_the_same_bytes_whatever_the_users_settings(drawn: tuple[FigureSpec[Any], Scenario]) -> None:
     spec, scenario = drawn
     first = spec.render(summary_of(scenario))

@@ -430,6 +430,7 @@ def test_little_or_nothing_can_be_drawn(case: str) -> None:
     assert len({spec.text_of(inspection).name for spec in shown}) == len(shown)
 
 
+@pytest.mark.slow
 def test_files_are_the_same_bytes_whatever_the_users_settings() -> None:
     first = inspection_figures(everything())
     with mpl.rc_context({"lines.linewidth": 9, "svg.hashsalt": "other", "font.size": 20, "axes.facecolor": "red"}):
@@ -470,6 +471,7 @@ def test_the_page_holds_every_figure_and_says_what_is_missing(tmp_path: Path) ->
     assert write_inspection(inspection, tmp_path / "out").read_bytes() == first
 
 
+@pytest.mark.slow
 def test_no_two_things_on_the_page_have_one_id(tmp_path: Path) -> None:
     text = write_inspection(everything(), tmp_path).read_text(encoding="utf-8")
     ids = re.findall(r'\bid="([^"]+)"', text)

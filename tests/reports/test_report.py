@@ -242,6 +242,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     return folder, page.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_three_scenarios_have_all_their_figures(whole: tuple[Path, str]) -> None:
     folder, _ = whole
     names = ["fig9", "fig10", "fig11", "fig13", "sensitivity"]
@@ -265,6 +266,7 @@ def test_every_figure_and_table_of_three_scenarios_is_on_the_page(whole: tuple[P
     assert "nan" not in " ".join(page.texts).lower().split()
 
 
+@pytest.mark.slow
 def test_assumptions_are_stated_once_with_their_marks(whole: tuple[Path, str]) -> None:
     texts = [text.strip() for text in Page(whole[1]).texts]
     every = {assumption for scenario in SCENARIOS for assumption in scenario.assumptions}

@@ -17,6 +17,8 @@ import pytest
 
 import tuckerl
 
+pytestmark = pytest.mark.slow
+
 PACKAGE = Path(tuckerl.__file__).parent
 NEW_FILES = Path(__file__).parent / "additions"
 

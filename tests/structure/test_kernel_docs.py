@@ -9,6 +9,8 @@ import pytest
 
 import tuckerl
 
+pytestmark = pytest.mark.slow
+
 PACKAGE = Path(tuckerl.__file__).parent
 LATER = {"problems", "adapters", "environments", "spaces"}
 """Folders whose kernels are documented elsewhere, to be included later."""

@@ -44,6 +44,7 @@ def test_changes_are_the_ones_that_are_meant() -> None:
     }
 
 
+@pytest.mark.slow
 def test_a_sample_is_of_all_folders_and_every_change_is_python() -> None:
     drawn = sampled(60, seed=1)
     assert drawn == sampled(60, seed=1)

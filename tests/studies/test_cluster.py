@@ -57,6 +57,7 @@ def played_by(made: Any, study: Study) -> list[Played]:
     return [one for task in tasks for one in task]
 
 
+@pytest.mark.slow
 def test_results_are_the_same_bytes_while_workers_die_and_join(study: Study, tmp_path: Path, processes: Any) -> None:
     killed: list[int] = []
 

@@ -125,6 +125,7 @@ def test_where_transitions_are_not_known_no_regret_is_told(tmp_path: Path) -> No
     assert regrets_of(result.regrets) == ""
 
 
+@pytest.mark.slow
 def test_workers_do_not_change_a_bit(tmp_path: Path) -> None:
     made = small_comparison()
     for workers in (1, 2):

@@ -17,7 +17,10 @@ from tuckerl.studies.store import Store
 
 ROOT = Path(__file__).parents[2]
 TABLES = ("runs.parquet", "weights.parquet", "paths.parquet")
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="processes are killed otherwise there")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(os.name == "nt", reason="processes are killed otherwise there"),
+]
 
 
 def killed(folder: Path, workers: int, words: int, seconds: float) -> tuple[int, bool]:

@@ -126,6 +126,7 @@ def test_settings_differ_between_batches_and_with_the_seed(small: tuple[Path, Tu
     assert not {*first} & {*names}
 
 
+@pytest.mark.slow
 def test_an_interrupt_anywhere_changes_nothing(
     small: tuple[Path, TuningResult], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -154,6 +155,7 @@ def test_an_interrupt_anywhere_changes_nothing(
     assert files_of(tmp_path) == files_of(small[0])
 
 
+@pytest.mark.slow
 @pytest.mark.compiled  # workers load kernels
 def test_two_workers_find_what_one_does(tmp_path: Path) -> None:
     config = SMALL._replace(n_trials=3, batch=3, rungs=(2, 3))

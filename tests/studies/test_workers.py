@@ -61,6 +61,7 @@ def played_by(workers: Processes, study: Study) -> list[Played]:
     return [one for piece in workers.play(study, tasks_of(all_runs(study))) for one in piece]
 
 
+@pytest.mark.slow
 @pytest.mark.compiled  # workers load kernels
 def test_a_run_whose_worker_dies_is_recorded_and_the_others_are_played_also_of_the_next_study(study: Study) -> None:
     scenario = replace(study.scenarios[0], problem=Deadly(), n_episodes=2, variants=study.scenarios[0].variants[:1])

@@ -13,6 +13,7 @@ from tuckerl.errors import LearnerCheckError, ParameterTypeError
 from tuckerl.testing import check_learner
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "message"),
     [

@@ -36,6 +36,7 @@ def test_every_built_in_problem_is_right(name: str) -> None:
     check_problem(PROBLEMS[name](), episodes=5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["FrozenLake-v1", "Taxi-v4", "CliffWalking-v1", "Blackjack-v1", "MountainCar-v0", "CartPole-v1"]
 )

@@ -285,6 +285,7 @@ def test_booleans_are_false_or_true(parts: Parts, tmp_path: Path) -> None:
     assert "must hold booleans" in refusal(odd, tmp_path / "agent.tuckerl")
 
 
+@pytest.mark.slow
 def test_nothing_is_unpacked_before_its_size_is_known_to_be_right(parts: Parts, tmp_path: Path) -> None:
     path = tmp_path / "agent.tuckerl"
     size = 2**28

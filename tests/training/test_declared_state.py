@@ -297,6 +297,7 @@ def test_every_kind_is_among_them() -> None:
     assert set(held_by(keeper)[0]) == {"total", "chances", "memory.latest", "memory.trail", "own"}
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
 @pytest.mark.parametrize("mixture", [(0.25, 0.5, 0.25), (0.0, 1.0, 0.0)])
 def test_a_tensor_step_shares_what_is_declared(mixture: tuple[float, ...]) -> None:

@@ -91,6 +91,7 @@ def test_an_error_names_its_place_and_what_was_learned_is_kept() -> None:
     assert learner.trajectories[0].size == learner.steps[-1, 0] + 1
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=60)
 @given(
     name=st.sampled_from(list(LEARNERS)),

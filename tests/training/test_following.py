@@ -76,6 +76,7 @@ def test_a_checkpoint_in_a_half_filled_window_goes_on_to_the_last_bit(
         assert_same(again.learn(20 - episode, callbacks=[Checkpoint(tmp_path / "other", every=4)]), whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("learner", "env"), [(QLearning, "Blackjack-v1"), (SarsaLambda, "Taxi-v4"), (Sarsa, "Blackjack-v1")]
 )
@@ -197,6 +198,7 @@ agent.learn(10**7, callbacks=[tuckerl.Checkpoint(sys.argv[3], every=3)])
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("learner", "env"), [(QLearning, "Blackjack-v1"), (SarsaLambda, "Taxi-v4")])
 def test_what_is_left_after_a_kill_goes_on_to_the_last_bit(learner: Any, env: str, tmp_path: Path) -> None:
     path = tmp_path / "agent"

@@ -10,6 +10,8 @@ import pytest
 
 from tests.training.fuzz_files import FILES, accepted_damage, crafted_file, damaged, try_crafted
 
+pytestmark = pytest.mark.slow
+
 MEMORY = 300 * 2**20  # what a crafted file may take beyond those that were saved
 FIRST, COUNT = (
     int(os.environ.get(f"TUCKERL_FUZZ_{name}", value)) for name, value in (("FIRST", 0), ("FILES", 100_000))

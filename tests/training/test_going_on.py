@@ -160,6 +160,7 @@ def test_agents_in_one_world(name: str, step: TensorStep | None, tmp_path: Path)
     assert_all_same(learner, whole, tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("in_update", [False, True])
 @pytest.mark.parametrize("stepped", [False, True])
 def test_a_python_function_of_the_algorithm(stepped: bool, in_update: bool, tmp_path: Path) -> None:
@@ -190,6 +191,7 @@ def _index(parameters: Any, state: Any) -> int:
     return int(state[0]) % 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [None, STEP])
 @pytest.mark.parametrize("name", ["q-learning", "sarsa", "sarsa-lambda", "carried"])
 def test_a_simulator_that_fails_leaves_the_episodes_before(name: str, step: TensorStep | None) -> None:

@@ -23,6 +23,8 @@ from tuckerl.training.learner import Learner
 from tuckerl.training.policies.policy import Policy, register_policy
 from tuckerl.types import FloatArray, IntArray, Stream
 
+pytestmark = pytest.mark.slow
+
 FIRST, LATER = 0, 5  # steps before the slip
 
 

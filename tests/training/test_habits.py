@@ -89,6 +89,7 @@ def test_what_a_learner_describes_itself_stays() -> None:
     assert "Examples\n--------" in (SarsaLambda.__doc__ or "")
 
 
+@pytest.mark.slow
 def test_there_is_no_help_without_docstrings() -> None:
     program = "import tuckerl; print(tuckerl.QLearning.__doc__)"
     done = subprocess.run([sys.executable, "-OO", "-c", program], capture_output=True, text=True, check=True)

@@ -18,6 +18,8 @@ from tuckerl.generalization.sharing import ShareContext
 from tuckerl.interrupts import interrupts_held_back
 from tuckerl.types import FloatArray
 
+pytestmark = pytest.mark.slow
+
 PROBLEM = random_mdp(41)
 
 

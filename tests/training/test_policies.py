@@ -361,6 +361,7 @@ def test_what_is_learned_is_the_target_of_a_policy() -> None:
     assert set(learner.evaluate(200, deterministic=False).returns.ravel().tolist()) == {2.0}
 
 
+@pytest.mark.slow
 def test_evaluations_follow_a_distribution_of_the_learners_own() -> None:
     learner = with_chances([0.5, 0.2, 0.3], epsilon=0.3)
     for deterministic, chances in ((None, [0.5, 0.2, 0.3]), (False, [0.45, 0.24, 0.31]), (True, [1, 0, 0])):
@@ -369,6 +370,7 @@ def test_evaluations_follow_a_distribution_of_the_learners_own() -> None:
         np.testing.assert_allclose(found, chances, atol=0.015)
 
 
+@pytest.mark.slow
 def test_learning_follows_a_distribution_of_the_learners_own(tmp_path: Path) -> None:
     learner = with_chances([0.0, 1.0, 0.0], epsilon=0.0).learn(20)
     assert learner.returns.ravel().tolist() == [1.0] * 20

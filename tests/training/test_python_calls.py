@@ -167,6 +167,7 @@ def test_an_agent_that_falls_behind_by_an_error_catches_up(in_update: bool) -> N
     assert learner.kept("ended") == [[4, 0], [4, 0], [4, 0]]
 
 
+@pytest.mark.slow
 def test_of_agents_in_one_world_every_one_hears_of_the_error() -> None:
     # They leave after 1, 2 and 3 steps, six in all. In the next episode, the second agent's second step fails.
     learner = Studies(Leaving(), function=Fails(6 + 4), in_update=True, seed=1)
@@ -178,6 +179,7 @@ def test_of_agents_in_one_world_every_one_hears_of_the_error() -> None:
     assert learner.steps.tolist() == [[1, 2, 3]] * 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, ZeroDivisionError])
 def test_errors_of_any_kind_come_out(error: type[BaseException]) -> None:
     learner = Studies(PROBLEM, function=Fails(2, error=error), seed=1)
