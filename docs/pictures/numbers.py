@@ -43,9 +43,13 @@ TITLES = {
     "decomposition": "Tucker decompositions",
     "windows": "A window of the paper's step",
     "sharing": "Sharing, by the rows that changed",
+    "studies": "Runs of a study",
+    "large_study": "A study of 100,000 runs",
     "experiment": "All three experiments, with everything taken apart",
 }
 """The benchmarks that the page about speed shows, each with the title of its table."""
+
+ALONE = ("solving", "large_study", "experiment")  # rows of these are shown without a peer, too
 
 
 class Pick(NamedTuple):
@@ -185,7 +189,7 @@ def verdict_lines(claims: list[Entry]) -> str:
 
 
 def _times(ratio: float) -> str:
-    return f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}"
+    return f"{ratio:.2f}" if ratio < 0.995 else f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}"
 
 
 def speed_lines(measured: Measured) -> str:
@@ -203,7 +207,7 @@ def bench_tables(measured: Measured) -> str:
     """Return all rows that have a peer, and those of whole experiments, a table for each benchmark."""
     parts = []
     for name, title in TITLES.items():
-        rows = [row for row in measured.get(name, []) if row["peer"] or name in ("solving", "experiment")]
+        rows = [row for row in measured.get(name, []) if row["peer"] or (row["peer_name"] == "-" and name in ALONE)]
         if rows:
             heads = ("what", "unit", "tuckerl", "peer", "its time", "times faster")
             parts.append(f"**{title}**\n\n{_table(heads, map(_bench_row, rows))}")

@@ -32,6 +32,8 @@ from tuckerl.reports.text import amount, amount_interval
 from tuckerl.studies.assumptions import INVENTED, Assumption
 from tuckerl.studies.summary import summarise
 
+pytestmark = pytest.mark.xdist_group("report")  # whose pages are drawn once, in one process
+
 CLAIMS = [claim("holds"), claim("does not hold", claim_id="C3"), claim("not decided", claim_id="C4"), weights_claim()]
 LOADING = {"src", "href", "xlink:href", "action", "data", "poster", "srcset", "background", "formaction"}
 

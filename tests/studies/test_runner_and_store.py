@@ -69,6 +69,7 @@ def test_paths_are_all_episodes_of_the_pictured_run(study: Study, tmp_path: Path
             assert path.sort("step")["state"][[0, -1]].to_list() == [18, 8]  # Sutton's start and goal
 
 
+@pytest.mark.slow
 def test_workers_do_not_change_a_bit(study: Study, tmp_path: Path) -> None:
     run_study(study, tmp_path / "one", workers=1)
     run_study(study, tmp_path / "two", workers=2)

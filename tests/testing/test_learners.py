@@ -118,6 +118,7 @@ class Peeks(QLearning):
             self._state.rules = rules._replace(settings=rules.settings._replace(gamma=0.5))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("learner", "parameters", "message"),
     [

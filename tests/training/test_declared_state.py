@@ -326,6 +326,7 @@ def test_a_tensor_step_shares_what_is_declared(mixture: tuple[float, ...]) -> No
     assert not np.array_equal(*(held["total"] for held in held_by(keeper)[:2])), "copies, not the same memory"
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::tuckerl.errors.RankWarning")
 @pytest.mark.parametrize("share", [None, "mean", "best"])
 def test_what_is_declared_survives_a_file(share: str | None, tmp_path: Path) -> None:

@@ -95,6 +95,7 @@ class Fails:
         return 1
 
 
+@pytest.mark.slow
 def test_answers_arrive_and_arguments_do() -> None:
     asked: list[int] = []
 
@@ -127,6 +128,7 @@ def test_what_the_function_writes_into_arrays_is_read_by_kernels() -> None:
     assert added == [1, 1, 100, 1], "the advice after the second episode is for the third"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [None, TensorStep(every=5, ranks=(2, 2, 2, 1), floor=0.1)])
 @pytest.mark.parametrize("in_update", [False, True])
 def test_an_error_is_raised_as_it_is_and_learning_goes_on(in_update: bool, step: TensorStep | None) -> None:
