@@ -17,8 +17,8 @@ from tuckerl import Maze, QLearning, TabularMDP, robot_rescue
 from tuckerl.adapters.kinds import PROBLEM_KINDS, restore_problem, save_problem
 from tuckerl.adapters.resolve import AdapterOptions, Agents, Environment, as_problem
 from tuckerl.errors import ObservationError, ParameterError, ParameterTypeError, ProblemError, SavedFileError
-from tuckerl.problems.parts import StateFactor
-from tuckerl.problems.problem import Problem, joint_names
+from tuckerl.problems.parts import StateFactor, joint_names
+from tuckerl.problems.problem import Problem
 from tuckerl.types import IntArray
 
 SMALL_RESCUE = "ATBH."

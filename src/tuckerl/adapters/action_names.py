@@ -6,7 +6,7 @@ from gymnasium.envs.classic_control import CartPoleEnv, MountainCarEnv
 from gymnasium.envs.toy_text import BlackjackEnv, CliffWalkingEnv, FrozenLakeEnv, TaxiEnv
 
 from tuckerl.adapters.joint import innermost
-from tuckerl.problems.problem import joint_names
+from tuckerl.problems.parts import joint_names
 
 _KNOWN: dict[type, tuple[str, ...]] = {
     BlackjackEnv: ("stick", "hit"),

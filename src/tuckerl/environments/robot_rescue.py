@@ -36,7 +36,7 @@ from tuckerl.environments.robot_rescue_map import (
     neighbours,
 )
 from tuckerl.problems.mdp import TabularMDP
-from tuckerl.problems.problem import joint_names
+from tuckerl.problems.parts import joint_names
 from tuckerl.types import BoolArray, FloatArray, IntArray
 
 GRIPS = 3

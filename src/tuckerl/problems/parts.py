@@ -1,5 +1,6 @@
 """Checks of the parts that problems of all kinds have: limits, names, sizes, arrays of numbers."""
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, NotRequired, TypedDict
@@ -205,3 +206,14 @@ def check_states(observation: Any, n_states: int) -> NDArray[Any]:
     if states.size and (states.min() < 0 or states.max() >= n_states):
         raise ParameterError(f"an observation must be a state from 0 to {n_states - 1}; got {shown(observation)}")
     return states
+
+
+def joint_names(names_by_agent: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """Return the names of joint actions, in C order over the agents.
+
+    Examples
+    --------
+    >>> joint_names([("left", "right"), ("up", "down")])
+    ('left, up', 'left, down', 'right, up', 'right, down')
+    """
+    return tuple(map(", ".join, itertools.product(*names_by_agent)))

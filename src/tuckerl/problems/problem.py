@@ -5,7 +5,6 @@ kernels, which :func:`tuckerl.problems.dynamics.register_dynamics` lists. One li
 :data:`tuckerl.adapters.kinds.PROBLEM_KINDS` lets saved files find it.
 """
 
-import itertools
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -91,6 +90,8 @@ class Problem(Described):
         The names of a multi-agent environment's agents, () otherwise.
     has_equal_spaces : bool
         Whether all agents with tables of their own have equal observation and action spaces.
+    has_users_functions : bool
+        Whether its kernels call functions of a user's own, which need not return.
     id : str or None
         The id by which the environment can be made again, where it was made by one.
     decide_by_agent : callable or None
@@ -119,6 +120,7 @@ class Problem(Described):
 
     agents: tuple[Any, ...] = ()
     has_equal_spaces = True
+    has_users_functions = False
     id: str | None = None
     decide_by_agent: Decide | None = None
 
@@ -333,17 +335,6 @@ def not_the_saved(path: Path, difference: str) -> ParameterError:
         f"env must be the one that {path} was saved with: {difference}. On another one, evaluate(env=...) judges what "
         "was learned, and initial_q= of a new learner begins with its table"
     )
-
-
-def joint_names(names_by_agent: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    """Return the names of joint actions, in C order over the agents.
-
-    Examples
-    --------
-    >>> joint_names([("left", "right"), ("up", "down")])
-    ('left, up', 'left, down', 'right, up', 'right, down')
-    """
-    return tuple(map(", ".join, itertools.product(*names_by_agent)))
 
 
 def _counted(number: int, noun: str) -> str:

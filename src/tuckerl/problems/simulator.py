@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tuckerl._jit import compiled_function, kernel
+from tuckerl._jit import compiled_function, is_ours, kernel
 from tuckerl.checks import check_int, shown
 from tuckerl.errors import ParameterTypeError, ProblemError, SavedFileError, SimulatorError
 from tuckerl.problems.dynamics import register_dynamics
@@ -228,6 +228,7 @@ class Simulator(Problem):
     ) -> None:
         self.functions = Functions(reset, step, first_entry if index is None else index)
         _check_functions(self.functions)
+        self.has_users_functions = not all(map(is_ours, vars(self.functions).values()))
         super().__init__(
             n_states,
             n_actions,

@@ -1,14 +1,21 @@
 """Steps and returns of the episodes of a learner's agents."""
 
 from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tuckerl.errors import SavedFileError
 from tuckerl.saved_arrays import SavedArrays
 from tuckerl.types import FloatArray, IntArray
 
+_Number = TypeVar("_Number", np.int64, np.float64)
+
 _MOST_STEPS = 2**40  # more than any episode has, whatever its limit was, and few enough for sums of them
+
+
+_LEAST_ROOM = 256  # episodes: a run of short windows does not grow again and again
 
 
 class EpisodeHistory:
@@ -75,8 +82,8 @@ class EpisodeHistory:
     def room(self, agent: int, until: int) -> tuple[IntArray, FloatArray]:
         """Return where an agent's steps and returns are to be written, up to its episode `until`."""
         if until > self._steps.shape[1]:
-            more = ((0, 0), (0, max(until, 2 * self._steps.shape[1]) - self._steps.shape[1]))
-            self._steps, self._returns = np.pad(self._steps, more), np.pad(self._returns, more)
+            n = max(until, 2 * self._steps.shape[1], _LEAST_ROOM)
+            self._steps, self._returns = _widened(self._steps, n), _widened(self._returns, n)
         chunk = slice(int(self.finished[agent]), until)
         return self._steps[agent, chunk], self._returns[agent, chunk]
 
@@ -147,3 +154,10 @@ class EpisodeHistory:
         """Return the steps of the first agent, or of the world that all share, in some episodes."""
         steps = self._steps[self._clocks, episodes]
         return int(np.add.reduce(steps[0] if len(steps) == 1 else steps.max(axis=0)))
+
+
+def _widened(rows: NDArray[_Number], n_columns: int) -> NDArray[_Number]:
+    """Return rows with zeros behind them."""
+    wide = np.zeros((len(rows), n_columns), rows.dtype)
+    wide[:, : rows.shape[1]] = rows
+    return wide

@@ -1,8 +1,9 @@
 """Calls of kernels that may take long: how they hear of Ctrl-C, and how they return now and then.
 
-While a kernel runs, no handler of a signal does. So a kernel runs in a thread of its own while the caller's listens;
-or, where it calls Python anyway (an environment belongs to the thread that made it), in the caller's, asking now and
-then.
+While a kernel runs, no handler of a signal does. So it asks Python now and then, in the caller's thread. A kernel that
+may not come to that, because functions of a user's own are in it or because it has to be compiled first, runs in a
+thread of its own while the caller's listens. Where it need not, it does not: to change threads, and with them the
+core, whose caches have the tables, takes longer than a short window.
 """
 
 import _thread
@@ -17,10 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from tuckerl._jit import NumbaError, python_callback, silent
+from tuckerl._jit import NumbaError, is_ours, python_callback, silent
 from tuckerl.errors import LearnerError
 from tuckerl.interrupts import is_impatient, was_pressed_again
+from tuckerl.problems.problem import Problem
 from tuckerl.training.agent_arrays import AFTER_EPISODE, AT_ONCE
+from tuckerl.training.policies.policy import Policy
+from tuckerl.types import IntArray
 
 SLICE = 0.25
 """Seconds after which a kernel returns, at the end of an episode: what is undone and played again takes no longer."""
@@ -28,6 +32,10 @@ SLICE = 0.25
 _LISTENS_EVERY = 0.05  # seconds
 _GIVES_UP_AFTER = 0.5  # seconds in which a kernel returns that can
 _NUMBERS = itertools.count(1)
+
+Kind = tuple[type, ...]
+_RETURNED: set[Kind] = set()
+"""What has returned in this process, and so is compiled."""
 
 
 class _Worker:
@@ -61,15 +69,37 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_IDLE.clear)  # a child has the thread that made it, and no other
 
 
+def kind_of(problem: Problem, algorithm: type, policy: Policy) -> Kind | None:
+    """Return by what kernels are known that call no function of a user's own; None where they may call one."""
+    kind = type(problem), algorithm, type(policy)
+    return None if problem.has_users_functions or not all(map(is_ours, kind)) else kind
+
+
+def _listening(stop: IntArray, seconds: float) -> Callable[[int], int]:
+    """Return a function that sets `stop` where a kernel should return; just to be called lets Python hear of Ctrl-C."""
+    end = time.monotonic() + seconds
+
+    def listen(_: int) -> int:
+        if is_impatient():
+            stop[0] = AT_ONCE
+        elif stop[0] == 0 and time.monotonic() > end:
+            stop[0] = AFTER_EPISODE
+        return 0
+
+    return listen
+
+
 class KernelCall:
     """One call of a kernel that plays episodes.
 
     Parameters
     ----------
+    kind : tuple of type, optional
+        As of `kind_of`. A kernel that has returned before, and will again, runs in the caller's thread.
     calls_python : bool
-        Whether the kernel calls Python, and so belongs to the caller's thread.
+        Whether the kernel calls Python, and so belongs to the caller's thread, which made the environment.
     seconds : float
-        After how many the kernel is asked to return at the end of an episode, where nothing in Python tells it.
+        After how many the kernel is asked to return at the end of an episode.
 
     Attributes
     ----------
@@ -78,16 +108,17 @@ class KernelCall:
     stop : (1,) int64
         What the kernel looks at, see `EpisodeRecord`.
     listen : int
-        The address of what it calls to hear of Ctrl-C; 0 where it need not.
+        The address of what it calls now and then, which sets `stop`; 0 where another thread does.
     """
 
-    def __init__(self, *, calls_python: bool, seconds: float = SLICE) -> None:
+    def __init__(self, kind: Kind | None = None, *, calls_python: bool, seconds: float = SLICE) -> None:
         self.number, self.stop = next(_NUMBERS), np.zeros(1, dtype=np.int64)
-        self._calls_python, self._seconds = calls_python, seconds
+        self._kind, self._seconds = kind, seconds
+        self._in_callers_thread = calls_python or kind in _RETURNED
         self._callback: Any = None
         self.listen = 0
-        if calls_python:
-            self._callback, self.listen = python_callback(self._listen)
+        if self._in_callers_thread:
+            self._callback, self.listen = python_callback(_listening(self.stop, seconds))
 
     @property
     def was_stopped(self) -> bool:
@@ -107,18 +138,17 @@ class KernelCall:
         """
         kernel = silent(kernel)
         try:
-            return kernel(*arguments) if self._calls_python else self._run_beside(kernel, arguments)
+            if self._in_callers_thread:
+                return kernel(*arguments)
+            answer = self._run_beside(kernel, arguments)
+            if self._kind is not None:
+                _RETURNED.add(self._kind)
+            return answer
         except NumbaError as error:
             raise LearnerError(
                 "a kernel of your own cannot be compiled: it may use numbers, arrays, math, NamedTuples and what is in "
                 "tuckerl.rng, call other kernels, and return what its documentation says; Numba's own words are above"
             ) from error
-
-    def _listen(self, _: int) -> int:
-        """Set `stop` where a kernel in this thread should break off; just to be called lets Python hear of Ctrl-C."""
-        if is_impatient():
-            self.stop[0] = AT_ONCE
-        return 0
 
     def _run_beside(self, kernel: Callable[..., int], arguments: tuple[Any, ...]) -> int:
         answers: list[int] = []
