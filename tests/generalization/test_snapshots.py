@@ -97,3 +97,15 @@ def test_when_every_state_was_touched_no_row_is_added() -> None:
         step_state = learner._state.tensor_step
         assert step_state is not None
         assert step_state.snapshots.tensor(learner.change_logs, np.arange(10)).shape == (2, 3, 10, 1)
+
+
+def test_windows_of_equally_many_changes_of_other_states_are_told_apart() -> None:
+    n_states = 8
+    ends, rewards = np.ones((n_states, 2), dtype=bool), np.ones((n_states, 2))
+    problem = TabularMDP(np.zeros((n_states, 2), dtype=int), rewards, ends, start=np.full(n_states, 1 / n_states))
+    learner = QLearning(problem, tensor_step=TensorStep(every=1, ranks=(1, 1, 1, 1), floor=0.1), seed=0)
+    step_state = learner._state.tensor_step
+    assert step_state is not None
+    for _ in range(30):
+        learner.learn(1)  # of one step, which changes one row
+        assert step_state.snapshots.changed.tolist() == learner.trajectories[0][:1].tolist()

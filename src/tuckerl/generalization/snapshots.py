@@ -13,7 +13,7 @@ import math
 import numpy as np
 import scipy.linalg
 
-from tuckerl.generalization.change_log import ChangeLog, restart_log
+from tuckerl.generalization.change_log import ENTRIES, ChangeLog, restart_log
 from tuckerl.generalization.log_reading import (
     add_touched,
     copy_rows,
@@ -38,6 +38,7 @@ class Snapshots:
         self._touched = np.empty(n_states, dtype=np.int64)  # room for the states in that order
         self.states: IntArray = self._touched[:0]  # (V,) the touched states, in that order
         self.changed: IntArray = np.zeros(0, dtype=np.int64)  # (C,) those that changed in the latest tensor's window
+        self._n_read: list[int] = []  # how many entries of the logs have been looked at, if they were not begun anew
         self._room: FloatArray = np.empty((0, n_actions, n_agents))
         self._base = self._room  # (V, A, N) their rows when the logs began, at the beginning of that room
         self._counted = np.empty(n_states, dtype=np.int64)  # room for the states that `changes` counts
@@ -135,6 +136,7 @@ class Snapshots:
         copy_rows(self._base, q, self.states if states is None else states, self._position)
         for log in logs:
             restart_log(log)
+        self._n_read.clear()
 
     def saved(self) -> dict[str, np.ndarray]:
         """Return the arrays from which `restore` goes on."""
@@ -159,11 +161,16 @@ class Snapshots:
         states, self._room = arrays["states"], arrays["base"]
         self._base = self._room
         self.may_differ = True  # as far as is known
+        self._n_read.clear()
         self.states = self._touched[: states.size]
         self.states[:] = states
         self._position[states] = np.arange(states.size)
 
     def _add_states(self, logs: tuple[ChangeLog, ...]) -> None:
+        n_entries = [int(log.cursor[ENTRIES]) for log in logs]
+        if n_entries == self._n_read:  # a window's end asks several times
+            return
+        self._n_read = n_entries
         n_before = n_touched = self.states.size
         for log in logs:
             n_touched = add_touched(self._touched, n_touched, self._position, log, 0)
