@@ -32,7 +32,7 @@ GROUND = "ground"
 _RECORDS = ROOT / ".mutants"
 _COPIED = ("src", "tests", "docs", "benchmarks", "pyproject.toml", "CHANGELOG.md", "CONTRIBUTING.md", "README.md")
 _NOT_RUN = ("structure", "docs", "mutants", "reference")  # tests of the text of sources, not of what they do
-_FLAGS = ("-q", "-p", "no:cacheprovider", "--no-header", "--tb=no")
+_FLAGS = ("-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-m", "not long")
 _RECORDING = 1800.0  # seconds for a folder of tests
 _NO_TESTS = 5  # pytest's exit status: what was chosen is not there any more
 

@@ -193,7 +193,7 @@ def test_a_schedule_that_no_file_could_hold_is_refused(schedule: Schedule) -> No
 
 def test_who_plays_the_past_by_a_number_that_is_new_finds_it_and_the_record_says_that_it_was_not() -> None:
     values = ScheduleValues({"epsilon": Linear(0.4, 0.0, 4)}).followed_by({"temperature": Exponential(0.5)}, 3)
-    assert values.values(5)[:5, 0].tolist() == [0.5] * 5
+    assert values.values(5)[:, 0].tolist() == [0.5] * 5
     recorded = values.recorded(5)
     np.testing.assert_array_equal(recorded["temperature"], [np.nan] * 3 + [0.5] * 2)
     np.testing.assert_allclose(recorded["epsilon"], [0.4, 0.3, 0.2, np.nan, np.nan])

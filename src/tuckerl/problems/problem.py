@@ -90,8 +90,6 @@ class Problem(Described):
         The names of a multi-agent environment's agents, () otherwise.
     has_equal_spaces : bool
         Whether all agents with tables of their own have equal observation and action spaces.
-    has_users_functions : bool
-        Whether its kernels call functions of a user's own, which need not return.
     id : str or None
         The id by which the environment can be made again, where it was made by one.
     decide_by_agent : callable or None
@@ -120,7 +118,6 @@ class Problem(Described):
 
     agents: tuple[Any, ...] = ()
     has_equal_spaces = True
-    has_users_functions = False
     id: str | None = None
     decide_by_agent: Decide | None = None
 

@@ -228,7 +228,6 @@ class Simulator(Problem):
     ) -> None:
         self.functions = Functions(reset, step, first_entry if index is None else index)
         _check_functions(self.functions)
-        self.has_users_functions = not all(map(is_ours, vars(self.functions).values()))
         super().__init__(
             n_states,
             n_actions,
@@ -269,7 +268,9 @@ class Simulator(Problem):
             n_actions=self.n_actions,
             max_episode_steps=self.max_episode_steps or NO_LIMIT,
         )
-        return SimulatorWorld(arrays)
+        world = SimulatorWorld(arrays)
+        world.has_users_functions = not all(map(is_ours, vars(self.functions).values()))
+        return world
 
     def save(self) -> tuple[Header, Arrays]:
         """Return the simulator's sizes and parameters: no file holds its functions."""

@@ -22,9 +22,12 @@ class World:
         For each table that is learned in this world: True where an action may be taken, or (0, 0) where all may.
     before_episode : callable
         What a world that Python steps calls when an episode begins: going back to there is the learner's part.
+    has_users_functions : bool
+        Whether kernels call compiled functions of a user's own, which need not return.
     """
 
     before_episode: Callable[[], None] = staticmethod(lambda: None)
+    has_users_functions = False
 
     def __init__(self, arrays: NamedTuple, action_masks: tuple[BoolArray, ...] = (_NOTHING,)) -> None:
         self.arrays: Any = arrays

@@ -65,7 +65,7 @@ def plus_minus(value: float, half_width: float) -> str:
     """Return "1,234 ± 56", without the second where it is not known."""
     if math.isnan(half_width):
         return measured(value)
-    return f"{measured(value)} ± {half_width:{',.0f' if half_width >= 10 else '.2g'}}"
+    return f"{measured(value)} ± " + _minus(f"{half_width:{',.0f' if half_width >= 10 else '.2g'}}")
 
 
 def measured_interval(low: float, high: float, column: str = "") -> str:

@@ -116,22 +116,6 @@ def must_stop(record: EpisodeRecord, n_done: int) -> bool:
     return is_rare(record.stop[0] == AT_ONCE)
 
 
-@kernel
-def counted(record: EpisodeRecord, before: int, steps: int) -> int:
-    """Return how many steps a call has done; now and then Python is asked, which may set ``record.stop``.
-
-    Parameters
-    ----------
-    record : EpisodeRecord
-    before, steps : int
-        How many there were before the latest episode, and in it.
-    """
-    after = before + steps
-    if is_rare(before | _LOW_BITS < after) and record.listen != 0:
-        call_python(record.listen, 0)
-    return after
-
-
 def trajectory_length(max_episode_steps: int | None) -> int:
     """Return how many states of an episode are kept, with such a limit or none."""
     return min(max_episode_steps or _LONGEST_TRAJECTORY, _LONGEST_TRAJECTORY) + 1

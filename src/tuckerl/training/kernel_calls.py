@@ -1,14 +1,15 @@
 """Calls of kernels that may take long: how they hear of Ctrl-C, and how they return now and then.
 
-While a kernel runs, no handler of a signal does. So it asks Python now and then, in the caller's thread. A kernel that
-may not come to that, because functions of a user's own are in it or because it has to be compiled first, runs in a
-thread of its own while the caller's listens. Where it need not, it does not: to change threads, and with them the
-core, whose caches have the tables, takes longer than a short window.
+While a kernel runs, no handler of a signal does. So a kernel runs in a thread of its own while the caller's listens;
+or, where it calls Python anyway (an environment belongs to the thread that made it), in the caller's, asking now and
+then. One that is over before anybody would notice runs in the caller's, too, and asks nothing: to change threads, and
+with them the core, whose caches have the tables, takes longer than a short window (see `Pace`).
 """
 
 import _thread
 import contextvars
 import itertools
+import math
 import os
 import threading
 import time
@@ -21,21 +22,15 @@ import numpy as np
 from tuckerl._jit import NumbaError, is_ours, python_callback, silent
 from tuckerl.errors import LearnerError
 from tuckerl.interrupts import is_impatient, was_pressed_again
-from tuckerl.problems.problem import Problem
-from tuckerl.training.agent_arrays import AFTER_EPISODE, AT_ONCE
-from tuckerl.training.policies.policy import Policy
-from tuckerl.types import IntArray
+from tuckerl.training.agent_arrays import AFTER_EPISODE, AT_ONCE, AgentArrays
 
 SLICE = 0.25
 """Seconds after which a kernel returns, at the end of an episode: what is undone and played again takes no longer."""
 
 _LISTENS_EVERY = 0.05  # seconds
 _GIVES_UP_AFTER = 0.5  # seconds in which a kernel returns that can
+_BRIEF = 0.02  # seconds of a call that need not hear of Ctrl-C
 _NUMBERS = itertools.count(1)
-
-Kind = tuple[type, ...]
-_RETURNED: set[Kind] = set()
-"""What has returned in this process, and so is compiled."""
 
 
 class _Worker:
@@ -69,24 +64,48 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_IDLE.clear)  # a child has the thread that made it, and no other
 
 
-def kind_of(problem: Problem, algorithm: type, policy: Policy) -> Kind | None:
-    """Return by what kernels are known that call no function of a user's own; None where they may call one."""
-    kind = type(problem), algorithm, type(policy)
-    return None if problem.has_users_functions or not all(map(is_ours, kind)) else kind
+class Pace:
+    """How long a step of one learner takes, by which its next call is judged before it is made.
+
+    Parameters
+    ----------
+    may_hang : bool
+        Whether functions of a user's own are called, which need not return.
+    """
+
+    def __init__(self, *, may_hang: bool) -> None:
+        self._may_hang = may_hang
+        self._kind: tuple[Any, ...] | None = None  # of what was played last: another one may have to be compiled
+        self._seconds_of_a_step = math.inf
+
+    def is_brief(self, world: Any, agent: Any) -> bool:
+        """Return whether a call takes a moment, though all its episodes be as long as the time limit allows.
+
+        Parameters
+        ----------
+        world : NamedTuple
+            What the kernel reads of the problem.
+        agent : AgentArrays or tuple of them
+        """
+        if self._kind is None or _kind(world, agent) != self._kind:
+            return False
+        most: int = agent.record.steps.size * world.max_episode_steps
+        return most * self._seconds_of_a_step <= _BRIEF
+
+    def note(self, world: Any, agent: Any, *, n_finished: int, seconds: float) -> None:
+        """Remember how long a call took that has finished so many episodes."""
+        kind = _kind(world, agent)
+        is_known = kind is not None and not self._may_hang and all(map(is_ours, kind[:-1]))
+        steps = int(agent.record.steps[:n_finished].sum()) if is_known and n_finished > 0 else 0
+        self._kind = kind if steps else None
+        self._seconds_of_a_step = seconds / steps if steps else math.inf
 
 
-def _listening(stop: IntArray, seconds: float) -> Callable[[int], int]:
-    """Return a function that sets `stop` where a kernel should return; just to be called lets Python hear of Ctrl-C."""
-    end = time.monotonic() + seconds
-
-    def listen(_: int) -> int:
-        if is_impatient():
-            stop[0] = AT_ONCE
-        elif stop[0] == 0 and time.monotonic() > end:
-            stop[0] = AFTER_EPISODE
-        return 0
-
-    return listen
+def _kind(world: Any, agent: Any) -> tuple[Any, ...] | None:
+    """Return what a kernel is compiled for, as far as it differs between calls of a learner; None of several agents."""
+    if not isinstance(agent, AgentArrays):
+        return None
+    return type(world), type(agent.algorithm), type(agent.policy), type(agent.maxima), len(agent.log.tables)
 
 
 class KernelCall:
@@ -94,12 +113,14 @@ class KernelCall:
 
     Parameters
     ----------
-    kind : tuple of type, optional
-        As of `kind_of`. A kernel that has returned before, and will again, runs in the caller's thread.
     calls_python : bool
-        Whether the kernel calls Python, and so belongs to the caller's thread, which made the environment.
+        Whether the kernel calls Python, and so belongs to the caller's thread.
+    pace : Pace, optional
+        The learner's; without it, no call is brief.
+    is_replay : bool
+        Whether it plays again what has been played: to the end, in the caller's thread, deaf.
     seconds : float
-        After how many the kernel is asked to return at the end of an episode.
+        After how many the kernel is asked to return at the end of an episode, where nothing in Python tells it.
 
     Attributes
     ----------
@@ -108,17 +129,18 @@ class KernelCall:
     stop : (1,) int64
         What the kernel looks at, see `EpisodeRecord`.
     listen : int
-        The address of what it calls now and then, which sets `stop`; 0 where another thread does.
+        The address of what it calls to hear of Ctrl-C; 0 where it need not.
     """
 
-    def __init__(self, kind: Kind | None = None, *, calls_python: bool, seconds: float = SLICE) -> None:
+    def __init__(
+        self, *, calls_python: bool, pace: Pace | None = None, is_replay: bool = False, seconds: float = SLICE
+    ) -> None:
         self.number, self.stop = next(_NUMBERS), np.zeros(1, dtype=np.int64)
-        self._kind, self._seconds = kind, seconds
-        self._in_callers_thread = calls_python or kind in _RETURNED
+        self._pace, self._stays, self._seconds = pace, calls_python or is_replay, seconds
         self._callback: Any = None
         self.listen = 0
-        if self._in_callers_thread:
-            self._callback, self.listen = python_callback(_listening(self.stop, seconds))
+        if calls_python:
+            self._callback, self.listen = python_callback(self._listen)
 
     @property
     def was_stopped(self) -> bool:
@@ -138,17 +160,23 @@ class KernelCall:
         """
         kernel = silent(kernel)
         try:
-            if self._in_callers_thread:
-                return kernel(*arguments)
-            answer = self._run_beside(kernel, arguments)
-            if self._kind is not None:
-                _RETURNED.add(self._kind)
-            return answer
+            if self._stays or self._pace is None:
+                return kernel(*arguments) if self._stays else self._run_beside(kernel, arguments)
+            is_brief, begun = self._pace.is_brief(*arguments), time.monotonic()
+            n = kernel(*arguments) if is_brief else self._run_beside(kernel, arguments)
+            self._pace.note(*arguments, n_finished=n, seconds=time.monotonic() - begun)
+            return n
         except NumbaError as error:
             raise LearnerError(
                 "a kernel of your own cannot be compiled: it may use numbers, arrays, math, NamedTuples and what is in "
                 "tuckerl.rng, call other kernels, and return what its documentation says; Numba's own words are above"
             ) from error
+
+    def _listen(self, _: int) -> int:
+        """Set `stop` where a kernel in this thread should break off; just to be called lets Python hear of Ctrl-C."""
+        if is_impatient():
+            self.stop[0] = AT_ONCE
+        return 0
 
     def _run_beside(self, kernel: Callable[..., int], arguments: tuple[Any, ...]) -> int:
         answers: list[int] = []
@@ -169,6 +197,18 @@ class KernelCall:
         except IndexError:
             worker = _Worker()
         worker.run(partial(contextvars.copy_context().run, work))
+        try:
+            self._listen_until(done)
+        except BaseException:  # also what a handler of another signal raises: the kernel is to leave the arrays alone
+            if not self.was_stopped:
+                self.stop[0] = AT_ONCE
+                done.acquire(timeout=_GIVES_UP_AFTER)
+            raise
+        if errors:
+            raise errors[0]
+        return answers[0]
+
+    def _listen_until(self, done: threading.Lock) -> None:
         begun, stopped = time.monotonic(), 0.0
         while not done.acquire(timeout=_LISTENS_EVERY):
             now = time.monotonic()
@@ -179,6 +219,3 @@ class KernelCall:
                 self.stop[0], stopped = AT_ONCE, now
             elif now > begun + self._seconds:
                 self.stop[0] = AFTER_EPISODE
-        if errors:
-            raise errors[0]
-        return answers[0]

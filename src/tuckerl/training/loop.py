@@ -21,7 +21,6 @@ from tuckerl.training.agent_arrays import (
     EpisodeRecord,
     Transition,
     begin_episode,
-    counted,
     must_stop,
     record_episode,
     record_state,
@@ -81,7 +80,7 @@ def play(world: WorldArrays, agent: AgentArrays) -> int:
             return -1 - episode
         record_episode(record, episode, steps, total)
         close_episode(agent.log, agent.q)
-        n_steps = counted(record, n_steps, steps)
+        n_steps += steps
     return record.steps.size
 
 
@@ -124,7 +123,7 @@ def play_together(world: WorldArrays, agents: tuple[AgentArrays, ...]) -> int:
             return -1 - episode
         for agent in agents:
             close_episode(agent.log, agent.q)
-        n_steps = counted(record, n_steps, steps)
+        n_steps += steps
     return record.steps.size
 
 

@@ -37,9 +37,6 @@ class Schedule(ABC):
         return math.inf
 
 
-_LEAST_ROOM = 256  # episodes
-
-
 class ScheduleValues:
     """The values of several schedules by episode, worked out as far as they are needed.
 
@@ -68,7 +65,7 @@ class ScheduleValues:
         """Return the values of the episodes from 0 to `n_episodes` - 1 at least, (episodes, n); not to be changed."""
         held = self._values
         if len(held) < n_episodes:
-            held = np.zeros((max(n_episodes, 2 * len(held), _LEAST_ROOM), self.n))
+            held = np.zeros((max(n_episodes, 2 * len(held)), self.n))
             for column, (name, schedule) in enumerate(self._schedules.items()):
                 held[:, column] = schedule.values(len(held))
                 past = self.past.get(name, held[:0, column])[: len(held)]

@@ -1,6 +1,5 @@
 """Learning: kernels play windows of episodes, and the tensor step follows each window."""
 
-import math
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -15,7 +14,7 @@ from tuckerl.training.agent_arrays import AgentArrays
 from tuckerl.training.callbacks.base import CallbackLike, CallbackList, Goal
 from tuckerl.training.evaluation import CAPPED
 from tuckerl.training.guards import raise_fault
-from tuckerl.training.kernel_calls import SLICE, KernelCall, kind_of
+from tuckerl.training.kernel_calls import SLICE, KernelCall
 from tuckerl.training.loop import play, play_together
 from tuckerl.training.memory_account import history_parts
 from tuckerl.training.one_owner import Owner
@@ -50,7 +49,6 @@ class Trainer:
         self, learner: "Learner", state: TrainingState, python_calls: Sequence[PythonCall], owner: Owner
     ) -> None:
         self._learner, self._state, self._python_calls, self._owner = learner, state, python_calls, owner
-        self._kind = kind_of(learner.problem, learner.state_type, state.rules.policy)
 
     def learn(
         self, episodes: int | None, steps: int | None, callbacks: Sequence[CallbackLike], *, progress: bool
@@ -123,7 +121,7 @@ class Trainer:
         is_compiled = self._learner.problem.is_compiled
         if self._python_calls and is_compiled:
             until = first + 1  # what such a function has done cannot be undone: no finished episode is played again
-        call = KernelCall(self._kind, calls_python=bool(self._python_calls) or not is_compiled)
+        call = KernelCall(calls_python=bool(self._python_calls) or not is_compiled, pace=state.pace)
         state.keep(place, agents)
         world.before_episode = partial(state.keep, place, agents)
         world.set_deadline(SLICE)
@@ -170,7 +168,7 @@ class Trainer:
         state = self._state
         state.undo(place, agents)
         if n_finished and self._learner.problem.is_compiled:  # they were undone, too, and come to the same bits
-            call = KernelCall(self._kind, calls_python=False, seconds=math.inf)
+            call = KernelCall(calls_python=False, is_replay=True)
             until = int(state.history.finished[agents[0]]) + n_finished
             self._play(place, self._arrays(place, agents, until, _UNLIMITED, call), call)
 

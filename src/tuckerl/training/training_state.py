@@ -37,7 +37,7 @@ from tuckerl.training.declared_state import (
 )
 from tuckerl.training.held_state import HeldAgent, HeldState, is_seen, read_mask, read_streams, read_weights
 from tuckerl.training.history import EpisodeHistory
-from tuckerl.training.kernel_calls import KernelCall
+from tuckerl.training.kernel_calls import KernelCall, Pace
 from tuckerl.training.row_maxima import maxima_of, room_for_maxima
 from tuckerl.training.rules import Rules
 from tuckerl.training.schedules import ScheduleValues, read_past
@@ -92,6 +92,7 @@ class TrainingState:
     ) -> None:
         n_states, n_actions = initial_q.shape
         self.worlds, self.initial_q, self._check_declared = tuple(worlds), initial_q, check_declared
+        self.pace = Pace(may_hang=any(world.has_users_functions for world in worlds))
         for number, world in enumerate(self.worlds):
             world.seed(child(sequence, number))
         self.q: FloatArray = np.zeros((n_agents, n_states, n_actions))  # zeros cost nothing until they are touched
