@@ -17,7 +17,7 @@ from benchmarks import kernels, n_step, planning, steps, team, traces
 from benchmarks.timing import Row
 
 KEPT = Path(__file__).with_suffix(".json")
-LOSS, ROUNDS, TRIES = 0.15, 2, 3
+LOSS, ROUNDS, TRIES = 0.15, 2, 2
 _BENCHMARKS = (kernels, steps, traces, n_step, planning, team)
 
 
