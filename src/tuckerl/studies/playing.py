@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -158,6 +158,12 @@ def _frame(kind: str, **columns: Any) -> pl.DataFrame:
     return pl.DataFrame([pl.Series(name, columns[name], dtype=dtype) for name, dtype in ROWS[kind].items()])
 
 
+@cache
+def _empty(kind: str) -> pl.DataFrame:
+    """Return a table without rows; to make one takes as long as to make one with rows."""
+    return pl.DataFrame(schema=ROWS[kind])
+
+
 def _runs_frame(learner: Learner, n_episodes: int) -> pl.DataFrame:
     n_played = learner.episodes  # fewer where it diverged
     missing = ((0, 0), (0, n_episodes - n_played))
@@ -173,6 +179,8 @@ def _runs_frame(learner: Learner, n_episodes: int) -> pl.DataFrame:
 def _weights_frame(learner: Learner) -> pl.DataFrame:
     history = learner.tensor_step_history
     n_windows, n_actions = history.weights.shape
+    if n_windows == 0:
+        return _empty("weights")
     return _frame(
         "weights",
         episode=np.repeat(history.episode, n_actions),
@@ -185,9 +193,11 @@ def _weights_frame(learner: Learner) -> pl.DataFrame:
 
 def _paths_frame(paths: list[list[IntArray]]) -> pl.DataFrame:
     """Return the rows of paths by episode and agent, in the order of agents."""
+    if not paths:
+        return _empty("paths")
     rows = [
         (agent, episode, path)
-        for agent in range(len(paths[0]) if paths else 0)
+        for agent in range(len(paths[0]))
         for episode, path in enumerate(by_agent[agent] for by_agent in paths)
     ]
     sizes = [path.size for _, _, path in rows]
