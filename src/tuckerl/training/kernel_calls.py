@@ -160,8 +160,10 @@ class KernelCall:
         """
         kernel = silent(kernel)
         try:
-            if self._stays or self._pace is None:
-                return kernel(*arguments) if self._stays else self._run_beside(kernel, arguments)
+            if self._stays:
+                return kernel(*arguments)
+            if self._pace is None:
+                return self._run_beside(kernel, arguments)
             is_brief, begun = self._pace.is_brief(*arguments), time.monotonic()
             n = kernel(*arguments) if is_brief else self._run_beside(kernel, arguments)
             self._pace.note(*arguments, n_finished=n, seconds=time.monotonic() - begun)
